@@ -1,0 +1,1 @@
+//! The simulated measurement loop: baselines, metrics, reports, and the image in QEMU.

@@ -1,0 +1,1 @@
+//! Flights, radar sampling, training and export of variational Bayesian networks.

@@ -1,0 +1,1 @@
+//! The root package owns `tests/`: whole-system tests of the workspace. It exports nothing.
