@@ -1,0 +1,76 @@
+//! What every method under test does: take one reading at a time, answer with a position.
+
+use bnkf_model_export::reading::Reading;
+use nalgebra::{Matrix3, Vector3};
+
+/// What a filter knows when a flight begins.
+#[derive(Clone, Copy, Debug)]
+pub struct Start<'a> {
+    /// The flight's first reading; its time is the filter's time.
+    pub reading: &'a Reading,
+    /// True position, m. Only the paper's set-up reads it, to start its EKF and UKF at the truth.
+    pub true_position_m: Vector3<f64>,
+    /// True velocity, m/s; see [`Start::true_position_m`].
+    pub true_velocity_mps: Vector3<f64>,
+}
+
+/// Normalised innovation squared of one correction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nis {
+    /// `y' S^-1 y`, no unit: chi-square distributed if the filter is consistent.
+    pub value: f64,
+    /// Degrees of freedom of that distribution.
+    pub degrees: usize,
+}
+
+/// Where a filter believes the target to be at the time it was asked about.
+///
+/// Frame: x east, y north, z up, radar at the origin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PositionEstimate {
+    /// Position, m.
+    pub position_m: Vector3<f64>,
+    /// Covariance of the position, m^2.
+    pub covariance_m2: Matrix3<f64>,
+    /// Consistency of the reading with the prediction; `None` in a gap, at the start and for
+    /// methods that do not predict.
+    pub nis: Option<Nis>,
+}
+
+/// Why a filter has no estimate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum FilterError {
+    /// `step` came before `start`.
+    #[error("the filter was not started")]
+    NotStarted,
+    /// A time lies before its predecessor.
+    #[error("time went back")]
+    TimeWentBack,
+    /// The estimate is NaN or infinite.
+    #[error("the estimate is not finite")]
+    NotFinite,
+    /// A covariance has no Cholesky factor.
+    #[error("a covariance is not positive definite")]
+    NotPositiveDefinite,
+}
+
+/// A method under test. It sees the readings in order and nothing of the future.
+pub trait Filter {
+    /// Forgets everything and begins a flight.
+    ///
+    /// # Errors
+    /// The first reading cannot be used.
+    fn start(&mut self, start: &Start<'_>) -> Result<PositionEstimate, FilterError>;
+
+    /// Moves to `time_us` (the clock of the first reading) and, unless this is a gap, takes in
+    /// the reading of that time.
+    ///
+    /// # Errors
+    /// There is no usable estimate for this time. The filter may be asked again later: one that
+    /// cannot recover keeps returning errors.
+    fn step(
+        &mut self,
+        time_us: u64,
+        reading: Option<&Reading>,
+    ) -> Result<PositionEstimate, FilterError>;
+}

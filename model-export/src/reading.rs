@@ -1,0 +1,49 @@
+//! One simulated radar reading in f64, as the host's filters take it.
+
+use bnkf::{Measurement, Sigmas};
+
+/// Range, elevation, azimuth and range-rate at one instant, with their standard deviations.
+///
+/// Frame: x east, y north, z up, radar at the origin; azimuth from +x towards +y, elevation from
+/// the horizontal plane, range-rate positive outbound. A noisy range may be negative, a noisy
+/// elevation may pass the zenith and a noisy azimuth may leave `(-pi, pi]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// Microseconds since the flight's first sample.
+    pub time_us: u64,
+    /// Range, metres.
+    pub range_m: f64,
+    /// Elevation, radians.
+    pub elevation_rad: f64,
+    /// Azimuth, radians.
+    pub azimuth_rad: f64,
+    /// Range-rate, metres per second.
+    pub range_rate_mps: f64,
+    /// Standard deviation (1 sigma) of the range, metres.
+    pub sigma_range_m: f64,
+    /// Standard deviation of the elevation, radians.
+    pub sigma_elevation_rad: f64,
+    /// Standard deviation of the azimuth, radians.
+    pub sigma_azimuth_rad: f64,
+    /// Standard deviation of the range-rate, metres per second.
+    pub sigma_range_rate_mps: f64,
+}
+
+impl From<&Reading> for Measurement {
+    /// Rounds every field to the nearest f32, which is what a sensor's frame carries.
+    fn from(reading: &Reading) -> Self {
+        Self {
+            time_us: reading.time_us,
+            range_m: reading.range_m as f32,
+            elevation_rad: reading.elevation_rad as f32,
+            azimuth_rad: reading.azimuth_rad as f32,
+            range_rate_mps: reading.range_rate_mps as f32,
+            sigmas: Sigmas {
+                range_m: reading.sigma_range_m as f32,
+                elevation_rad: reading.sigma_elevation_rad as f32,
+                azimuth_rad: reading.sigma_azimuth_rad as f32,
+                range_rate_mps: reading.sigma_range_rate_mps as f32,
+            },
+        }
+    }
+}
