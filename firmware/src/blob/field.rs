@@ -1,0 +1,81 @@
+//! Byte offsets of blob version 1; the only place where they are written down.
+//!
+//! All numbers are little-endian. `BLOB.md` beside the crate says what each field means.
+
+use core::ops::Range;
+
+/// First four bytes of every blob.
+pub const MAGIC_BYTES: [u8; 4] = *b"BNKF";
+/// The only format version this code reads and writes.
+pub const FORMAT_VERSION: u16 = 1;
+/// Units code: metres, seconds, radians, metres per second.
+pub const UNITS_SI: u8 = 1;
+
+/// Magic bytes.
+pub const MAGIC: Range<usize> = 0..4;
+/// Format version, u16.
+pub const VERSION: Range<usize> = 4..6;
+/// Kind of estimator, u8 (see `Kind`).
+pub const KIND: usize = 6;
+/// Units code, u8.
+pub const UNITS: usize = 7;
+/// Length of the whole blob in bytes, u32.
+pub const LENGTH: Range<usize> = 8..12;
+/// CRC-32 (ISO-HDLC) over all bytes except these four, u32.
+pub const CRC: Range<usize> = 12..16;
+/// Feature layout id, u8 (see `FeatureLayout`).
+pub const FEATURES: usize = 16;
+/// Number of networks, u8.
+pub const NETWORKS: usize = 17;
+/// Inputs of every network, u8.
+pub const INPUTS: usize = 18;
+/// Outputs of every network, u8.
+pub const OUTPUTS: usize = 19;
+/// Monte Carlo passes by default, u16.
+pub const PASSES: Range<usize> = 20..22;
+/// Number of f32 parameters that follow the header, u16.
+pub const PARAMETERS: Range<usize> = 22..24;
+/// Length of the header.
+pub const HEADER_LEN: usize = 24;
+
+/// Parameter index: standard deviation of each velocity component in the population, m/s.
+pub const PARAMETER_SPEED_SIGMA: usize = 0;
+/// Parameter index: standard deviation of each acceleration component in the population, m/s^2.
+pub const PARAMETER_ACCELERATION_SIGMA: usize = 1;
+/// Number of parameters of a memoryless blob.
+pub const MEMORYLESS_PARAMETERS: usize = 2;
+
+/// Bytes of one normalisation entry: two f32 (mean, inverse scale for inputs; mean, scale for outputs).
+pub const NORMALISATION_LEN: usize = 8;
+
+/// Layer table entry: inputs, u16.
+pub const LAYER_INPUTS: Range<usize> = 0..2;
+/// Layer table entry: outputs, u16.
+pub const LAYER_OUTPUTS: Range<usize> = 2..4;
+/// Layer table entry: offset of the layer's data from the start of the blob, u32.
+pub const LAYER_OFFSET: Range<usize> = 4..8;
+/// Layer table entry: largest weight variance of the layer, f32.
+pub const LAYER_VARIANCE_MAX: Range<usize> = 8..12;
+/// Length of a layer table entry.
+pub const LAYER_ENTRY_LEN: usize = 12;
+/// Bytes before a network's layer entries: number of layers u16, two zero bytes.
+pub const NETWORK_ENTRY_LEN: usize = 4;
+
+/// Bytes from one weight row to the next: the inputs rounded up to four, padded with zeros.
+pub const fn row_stride(inputs: usize) -> usize {
+    inputs.next_multiple_of(4)
+}
+
+/// Bytes of one layer's data: means, variance codes, then per output scale, bias mean, bias variance.
+pub const fn layer_len(inputs: usize, outputs: usize) -> usize {
+    outputs * (2 * row_stride(inputs) + 12)
+}
+
+/// Widest layer that the fixed scratch memory of the network holds.
+pub const WIDTH_MAX: usize = 64;
+/// Most layers of one network.
+pub const LAYERS_MAX: usize = 8;
+/// Most networks of one blob.
+pub const NETWORKS_MAX: usize = 3;
+/// Most Monte Carlo passes.
+pub const PASSES_MAX: u16 = 10_000;
