@@ -1,3 +1,6 @@
 //! The simulated measurement loop: baselines, metrics, reports, and the image in QEMU.
 
+pub mod cell;
+pub mod chi_square;
 pub mod filter;
+pub mod metrics;
