@@ -1,0 +1,149 @@
+//! What the image answers.
+
+use serde::{Deserialize, Serialize};
+
+/// Image to host, one for each [`Request`](crate::protocol::Request).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Reply {
+    /// Answer to `Hello`.
+    Ready(Ready),
+    /// Answer to `Reset`: the new track waits for its first measurement.
+    Started,
+    /// Answer to `Step` and `Coast`.
+    Estimate(EstimateFrame),
+    /// Answer to `Budget`.
+    Budget(BudgetFrame),
+    /// The request had no effect.
+    Refused(RefusalCode),
+}
+
+/// Who the image is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Ready {
+    /// [`VERSION`](crate::protocol::VERSION) the image was built with.
+    pub protocol_version: u8,
+    /// Length of the blob in flash, bytes.
+    pub blob_bytes: u32,
+    /// CRC-32 that the blob in flash carries and was checked against.
+    pub blob_crc: u32,
+}
+
+/// An estimate on the wire: metres, frame as in [`Measurement`](crate::Measurement).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EstimateFrame {
+    /// Microseconds.
+    pub time_us: u64,
+    /// x, y, z, metres.
+    pub position_m: [f32; 3],
+    /// Covariance of the position, row by row, m^2.
+    pub covariance_m2: [[f32; 3]; 3],
+    /// Normalised innovation squared; absent when nothing was corrected.
+    pub nis: Option<f32>,
+    /// What the tracker did.
+    pub mode: ModeCode,
+    /// Ticks of the board's free-running counter spent inside the tracker. In QEMU under
+    /// `-icount shift=0` one tick is one instruction; on a board it is one timer clock.
+    pub ticks: u32,
+}
+
+/// The tracker's mode on the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ModeCode {
+    /// First measurement of a track.
+    Started,
+    /// A measurement was used.
+    Tracking,
+    /// No measurement; the last estimates were carried on.
+    Coasting,
+}
+
+/// Memory in use on the target, bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct BudgetFrame {
+    /// Code, constants and the blob.
+    pub flash_bytes: u32,
+    /// Statics, initialised or not.
+    pub ram_static_bytes: u32,
+    /// Deepest the stack has been since boot.
+    pub stack_bytes_max: u32,
+    /// What the statics leave for the stack.
+    pub stack_bytes_limit: u32,
+}
+
+/// Why a request had no effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum RefusalCode {
+    /// The bytes were no request.
+    Frame,
+    /// The blob in flash failed its check; only a new image helps.
+    Blob,
+    /// `Reset` asked for settings this blob cannot run with.
+    Settings,
+    /// `Step` or `Coast` before the first accepted `Reset`.
+    NotReset,
+    /// A measured value is not finite or a standard deviation not positive.
+    Measurement,
+    /// Time went back.
+    Time,
+    /// The arithmetic gave no usable estimate.
+    Numerical,
+}
+
+impl core::fmt::Display for RefusalCode {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Frame => "the bytes were no request",
+            Self::Blob => "the blob in flash failed its check",
+            Self::Settings => "settings do not fit the blob",
+            Self::NotReset => "no track was started",
+            Self::Measurement => "the measurement cannot be used",
+            Self::Time => "time went back",
+            Self::Numerical => "no usable estimate came out",
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::protocol::{FRAME_BYTES_MAX, FrameReader, encode};
+
+    /// Every float distinct, so that two swapped fields cannot go unseen; every varint at its longest.
+    fn widest() -> [Reply; 5] {
+        let row = |k: f32| [k, -k, f32::MIN_POSITIVE];
+        [
+            Reply::Ready(Ready {
+                protocol_version: u8::MAX,
+                blob_bytes: u32::MAX,
+                blob_crc: u32::MAX,
+            }),
+            Reply::Started,
+            Reply::Estimate(EstimateFrame {
+                time_us: u64::MAX,
+                position_m: row(1.5),
+                covariance_m2: [row(2.5), row(3.5), row(4.5)],
+                nis: Some(-0.0),
+                mode: ModeCode::Coasting,
+                ticks: u32::MAX,
+            }),
+            Reply::Budget(BudgetFrame {
+                flash_bytes: u32::MAX,
+                ram_static_bytes: u32::MAX - 1,
+                stack_bytes_max: u32::MAX - 2,
+                stack_bytes_limit: u32::MAX - 3,
+            }),
+            Reply::Refused(RefusalCode::Numerical),
+        ]
+    }
+
+    #[test]
+    fn every_reply_fits_a_frame_and_comes_back() {
+        for reply in widest() {
+            let frame = encode(&reply).unwrap();
+            assert!(frame.len() <= FRAME_BYTES_MAX / 2, "no room left to grow");
+            let mut reader = FrameReader::new();
+            let read: std::vec::Vec<_> = frame.iter().filter_map(|&b| reader.push(b)).collect();
+            assert_eq!(read, [Ok(reply)]);
+        }
+    }
+}
