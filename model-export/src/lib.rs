@@ -1,3 +1,12 @@
 //! Flights, radar sampling, training and export of variational Bayesian networks.
 
+pub mod atomic_file;
+pub mod flight;
+pub mod flight_csv;
+pub mod flight_folder;
+pub mod gaps;
+pub mod noise;
+pub mod radar_sampling;
+pub mod random_source;
 pub mod reading;
+pub mod seed;

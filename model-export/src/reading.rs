@@ -6,7 +6,7 @@ use bnkf::{Measurement, Sigmas};
 ///
 /// Frame: x east, y north, z up, radar at the origin; azimuth from +x towards +y, elevation from
 /// the horizontal plane, range-rate positive outbound. A noisy range may be negative, a noisy
-/// elevation may pass the zenith and a noisy azimuth may leave `(-pi, pi]`.
+/// elevation may pass the zenith; the azimuth stays in `(-pi, pi]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
     /// Microseconds since the flight's first sample.

@@ -1,0 +1,326 @@
+//! A flight: where a drone was, and how fast, at increasing instants.
+//!
+//! Frame: x east, y north, z up, metres, radar at the origin. Nothing here panics.
+
+/// Position and velocity of the drone at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Seconds since the first sample of the flight.
+    pub time_s: f64,
+    /// Position [x, y, z], metres.
+    pub position_m: [f64; 3],
+    /// Velocity [x, y, z], metres per second.
+    pub velocity_mps: [f64; 3],
+}
+
+/// A recorded or generated flight.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Flight {
+    /// Unique name; random streams are derived from it.
+    pub name: String,
+    /// The recording it was cut from (a file name, or the name of a generated flight). Segments of
+    /// one source belong in the same fold.
+    pub source: String,
+    /// At least [`SAMPLES_MIN`], with increasing time.
+    pub samples: Vec<Sample>,
+}
+
+/// Fewest samples of a flight: what a centred velocity needs.
+pub const SAMPLES_MIN: usize = 3;
+/// Shortest time between two samples, seconds. Radar readings count microseconds.
+pub const STEP_S_MIN: f64 = 1e-6;
+/// Latest and, negated, earliest time, seconds: a Unix time in seconds passes, in milliseconds not.
+pub const TIME_S_MAX: f64 = 1e11;
+/// Largest absolute coordinate, metres: a UTM northing passes.
+pub const COORDINATE_M_MAX: f64 = 1e7;
+
+/// One value of a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SampleField {
+    /// Time, seconds.
+    Time,
+    /// East, metres.
+    X,
+    /// North, metres.
+    Y,
+    /// Up, metres.
+    Z,
+}
+
+impl SampleField {
+    /// The four fields in the order of a flight file.
+    pub const ALL: [Self; 4] = [Self::Time, Self::X, Self::Y, Self::Z];
+
+    /// The column of a flight file that holds this field.
+    #[must_use]
+    pub fn column(self) -> &'static str {
+        ["timestamp", "tx", "ty", "tz"][self as usize]
+    }
+
+    /// Largest absolute value, in the field's unit.
+    #[must_use]
+    pub fn bound(self) -> f64 {
+        match self {
+            Self::Time => TIME_S_MAX,
+            Self::X | Self::Y | Self::Z => COORDINATE_M_MAX,
+        }
+    }
+}
+
+impl std::fmt::Display for SampleField {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.column())
+    }
+}
+
+/// Why positions over time are not a flight. `index` counts samples from 0.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum TrackError {
+    /// Fewer than [`SAMPLES_MIN`] samples.
+    #[error("{found} samples, at least {SAMPLES_MIN} are needed")]
+    TooFewSamples {
+        /// How many there are.
+        found: usize,
+    },
+    /// NaN or infinite.
+    #[error("`{field}` is not finite")]
+    NotFinite {
+        /// Where.
+        index: usize,
+        /// What.
+        field: SampleField,
+    },
+    /// Beyond [`SampleField::bound`].
+    #[error("`{field}` = {value} is beyond +-{}", field.bound())]
+    OutOfRange {
+        /// Where.
+        index: usize,
+        /// What.
+        field: SampleField,
+        /// The offending value.
+        value: f64,
+    },
+    /// Less than [`STEP_S_MIN`] after the sample before.
+    #[error("time {time_s} s does not follow {previous_s} s")]
+    TimeNotIncreasing {
+        /// Where.
+        index: usize,
+        /// The time before, seconds.
+        previous_s: f64,
+        /// The offending time, seconds.
+        time_s: f64,
+    },
+}
+
+impl TrackError {
+    /// Index of the offending sample, if the error is about one.
+    #[must_use]
+    pub fn index(&self) -> Option<usize> {
+        match self {
+            Self::TooFewSamples { .. } => None,
+            Self::NotFinite { index, .. }
+            | Self::OutOfRange { index, .. }
+            | Self::TimeNotIncreasing { index, .. } => Some(*index),
+        }
+    }
+}
+
+impl Flight {
+    /// A flight from `[time_s, x_m, y_m, z_m]` rows; the first time becomes zero.
+    ///
+    /// Velocity is the derivative of the parabola through a sample and its two neighbours (the
+    /// central difference where sampling is even), one-sided at both ends.
+    ///
+    /// # Errors
+    /// The first row that is not usable, or too few rows.
+    pub fn from_track(name: &str, source: &str, rows: &[[f64; 4]]) -> Result<Self, TrackError> {
+        check_track(rows)?;
+        let start_s = rows[0][0];
+        let samples = (0..rows.len())
+            .map(|i| Sample {
+                time_s: rows[i][0] - start_s,
+                position_m: [rows[i][1], rows[i][2], rows[i][3]],
+                velocity_mps: velocity_mps(rows, i),
+            })
+            .collect();
+        Ok(Self {
+            name: name.to_owned(),
+            source: source.to_owned(),
+            samples,
+        })
+    }
+
+    /// Time from the first to the last sample, seconds.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        match (self.samples.first(), self.samples.last()) {
+            (Some(first), Some(last)) => last.time_s - first.time_s,
+            _ => 0.0,
+        }
+    }
+
+    /// The same flight seen by a radar at `radar_m` instead of the origin (axes stay parallel).
+    #[must_use]
+    pub fn seen_from(&self, radar_m: [f64; 3]) -> Self {
+        let mut moved = self.clone();
+        for sample in &mut moved.samples {
+            for axis in 0..3 {
+                sample.position_m[axis] -= radar_m[axis];
+            }
+        }
+        moved
+    }
+}
+
+fn check_track(rows: &[[f64; 4]]) -> Result<(), TrackError> {
+    for (index, row) in rows.iter().enumerate() {
+        for (field, value) in SampleField::ALL.into_iter().zip(*row) {
+            if !value.is_finite() {
+                return Err(TrackError::NotFinite { index, field });
+            }
+            if value.abs() > field.bound() {
+                return Err(TrackError::OutOfRange {
+                    index,
+                    field,
+                    value,
+                });
+            }
+        }
+        if index > 0 && row[0] - rows[index - 1][0] < STEP_S_MIN {
+            return Err(TrackError::TimeNotIncreasing {
+                index,
+                previous_s: rows[index - 1][0],
+                time_s: row[0],
+            });
+        }
+    }
+    if rows.len() < SAMPLES_MIN {
+        return Err(TrackError::TooFewSamples { found: rows.len() });
+    }
+    Ok(())
+}
+
+/// Velocity at row `i` of a checked track, metres per second.
+fn velocity_mps(rows: &[[f64; 4]], i: usize) -> [f64; 3] {
+    let slope = |from: usize, axis: usize| {
+        (rows[from + 1][axis] - rows[from][axis]) / (rows[from + 1][0] - rows[from][0])
+    };
+    std::array::from_fn(|k| {
+        let axis = k + 1;
+        if i == 0 {
+            slope(0, axis)
+        } else if i + 1 == rows.len() {
+            slope(i - 1, axis)
+        } else {
+            let before_s = rows[i][0] - rows[i - 1][0];
+            let after_s = rows[i + 1][0] - rows[i][0];
+            (after_s * slope(i - 1, axis) + before_s * slope(i, axis)) / (before_s + after_s)
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{COORDINATE_M_MAX, Flight, SampleField, TrackError};
+    use proptest::prelude::*;
+
+    #[test]
+    fn velocity_of_a_parabola_is_exact_inside_with_uneven_steps() {
+        // x = 3 t^2, so vx = 6 t; y = -2 t, so vy = -2.
+        let rows: Vec<[f64; 4]> = [100.0, 100.1, 100.35, 100.4, 101.0]
+            .iter()
+            .map(|t: &f64| [*t, 3.0 * (t - 100.0).powi(2), -2.0 * t, 7.0])
+            .collect();
+        let flight = Flight::from_track("f", "f", &rows).unwrap();
+        assert_eq!(flight.samples[0].time_s, 0.0);
+        assert!((flight.duration_s() - 1.0).abs() < 1e-9);
+        for sample in &flight.samples[1..4] {
+            assert!((sample.velocity_mps[0] - 6.0 * sample.time_s).abs() < 1e-9);
+        }
+        for sample in &flight.samples {
+            assert!((sample.velocity_mps[1] + 2.0).abs() < 1e-9);
+            assert_eq!(sample.velocity_mps[2], 0.0);
+        }
+        // One-sided ends: the slope of the first and the last interval.
+        assert!((flight.samples[0].velocity_mps[0] - 0.3).abs() < 1e-9);
+        assert!((flight.samples[4].velocity_mps[0] - 4.2).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_moved_radar_shifts_positions_only() {
+        let rows = [
+            [0.0, 1.0, 2.0, 3.0],
+            [1.0, 2.0, 2.0, 3.0],
+            [2.0, 3.0, 2.0, 3.0],
+        ];
+        let flight = Flight::from_track("f", "f", &rows).unwrap();
+        let moved = flight.seen_from([10.0, -1.0, 0.5]);
+        assert_eq!(moved.samples[1].position_m, [-8.0, 3.0, 2.5]);
+        assert_eq!(
+            moved.samples[1].velocity_mps,
+            flight.samples[1].velocity_mps
+        );
+    }
+
+    #[test]
+    fn bad_rows_are_named() {
+        let good = |i: f64| [i, 0.0, 0.0, 5.0];
+        let with = |row: [f64; 4]| Flight::from_track("f", "f", &[good(0.0), row, good(2.0)]);
+        assert_eq!(
+            with([1.0, 0.0, f64::NAN, 5.0]),
+            Err(TrackError::NotFinite {
+                index: 1,
+                field: SampleField::Y
+            })
+        );
+        assert_eq!(
+            with([1.0, 0.0, 0.0, -2.0 * COORDINATE_M_MAX]),
+            Err(TrackError::OutOfRange {
+                index: 1,
+                field: SampleField::Z,
+                value: -2.0 * COORDINATE_M_MAX
+            })
+        );
+        assert_eq!(
+            with([0.0, 0.0, 0.0, 5.0]),
+            Err(TrackError::TimeNotIncreasing {
+                index: 1,
+                previous_s: 0.0,
+                time_s: 0.0
+            })
+        );
+        assert_eq!(
+            Flight::from_track("f", "f", &[good(0.0), good(1.0)]),
+            Err(TrackError::TooFewSamples { found: 2 })
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn any_numbers_give_a_finite_flight_or_an_error(
+            rows in prop::collection::vec(prop::array::uniform4(any::<f64>()), 0..6)
+        ) {
+            if let Ok(flight) = Flight::from_track("f", "f", &rows) {
+                for sample in flight.samples {
+                    prop_assert!(sample.position_m.iter().all(|v| v.is_finite()));
+                    prop_assert!(sample.velocity_mps.iter().all(|v| v.is_finite()));
+                }
+            }
+        }
+
+        #[test]
+        fn accepted_extremes_have_finite_velocity(
+            steps in prop::collection::vec(1e-6..1e3_f64, 3..20),
+            side in prop::collection::vec(any::<bool>(), 20)
+        ) {
+            let mut time_s = 0.0;
+            let rows: Vec<[f64; 4]> = steps.iter().zip(side).map(|(step, up)| {
+                time_s += step.max(1e-6) * 1.001;
+                let edge = if up { COORDINATE_M_MAX } else { -COORDINATE_M_MAX };
+                [time_s, edge, -edge, 0.0]
+            }).collect();
+            let flight = Flight::from_track("f", "f", &rows).unwrap();
+            prop_assert!(flight.samples.iter().all(|s| s.velocity_mps.iter().all(|v| v.is_finite())));
+        }
+    }
+}
