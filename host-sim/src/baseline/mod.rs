@@ -1,0 +1,13 @@
+//! Estimators the network has to beat, in f64.
+//!
+//! State order: x, y, z, vx, vy, vz, ... [m, m/s, ...]; reading order: elevation, azimuth, range,
+//! range-rate [rad, rad, m, m/s]. Frame: x east, y north, z up, radar at the origin.
+
+pub mod clock;
+pub mod correction;
+pub mod gaussian;
+pub mod kalman;
+pub mod motion;
+pub mod origin;
+pub mod sensor;
+pub mod sigma_points;

@@ -1,0 +1,35 @@
+//! Where a filter begins: at the truth, as the paper's do, or at the first reading.
+
+use nalgebra::{Matrix6, Vector6};
+
+use super::gaussian::Gaussian;
+use crate::filter::Start;
+
+/// How the belief at the first sample is made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Origin {
+    /// The paper's: at the truth, with P0 = diag(sigma_range^2 x 3, sigma_range_rate^2 x 3).
+    /// No filter in the field has this.
+    Truth,
+}
+
+impl Origin {
+    /// Belief about position and velocity at the first sample.
+    pub fn belief(&self, start: &Start<'_>) -> Gaussian<6> {
+        match self {
+            Self::Truth => truth(start),
+        }
+    }
+}
+
+fn truth(start: &Start<'_>) -> Gaussian<6> {
+    let (p, v) = (start.true_position_m, start.true_velocity_mps);
+    let mut variance = Vector6::repeat(start.reading.sigma_range_m.powi(2));
+    variance
+        .fixed_rows_mut::<3>(3)
+        .fill(start.reading.sigma_range_rate_mps.powi(2));
+    Gaussian {
+        mean: Vector6::new(p.x, p.y, p.z, v.x, v.y, v.z),
+        covariance: Matrix6::from_diagonal(&variance),
+    }
+}

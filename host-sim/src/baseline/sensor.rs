@@ -1,0 +1,156 @@
+//! The radar's measurement function in f64: reading vector, its Jacobian and its noise.
+
+use core::f64::consts::{PI, TAU};
+
+use bnkf_model_export::reading::Reading;
+use nalgebra::{Matrix3, Matrix4, SMatrix, Vector3, Vector4};
+
+/// Distances below this are treated as this, m: at the radar and on its vertical axis the angles
+/// have no derivative, and a filter that strays there must stay finite.
+const DISTANCE_MIN_M: f64 = 1e-3;
+
+/// A reading as a vector with its noise covariance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Observation {
+    /// Elevation, azimuth, range, range-rate [rad, rad, m, m/s].
+    pub z: Vector4<f64>,
+    /// Standard deviations in the same order.
+    pub sigma: Vector4<f64>,
+}
+
+impl From<&Reading> for Observation {
+    fn from(r: &Reading) -> Self {
+        Self {
+            z: Vector4::new(r.elevation_rad, r.azimuth_rad, r.range_m, r.range_rate_mps),
+            sigma: Vector4::new(
+                r.sigma_elevation_rad,
+                r.sigma_azimuth_rad,
+                r.sigma_range_m,
+                r.sigma_range_rate_mps,
+            ),
+        }
+    }
+}
+
+impl Observation {
+    /// Noise covariance R, diagonal.
+    pub fn noise(&self) -> Matrix4<f64> {
+        Matrix4::from_diagonal(&self.sigma.component_mul(&self.sigma))
+    }
+}
+
+/// The angle's equivalent in [-pi, pi), rad.
+pub fn wrap(angle_rad: f64) -> f64 {
+    (angle_rad + PI).rem_euclid(TAU) - PI
+}
+
+/// `z - expected` with both angles wrapped.
+pub fn residual(z: &Vector4<f64>, expected: &Vector4<f64>) -> Vector4<f64> {
+    let d = z - expected;
+    Vector4::new(wrap(d[0]), wrap(d[1]), d[2], d[3])
+}
+
+/// Noise-free reading of a target at `p` [m] moving with `v` [m/s].
+pub fn expected(p: &Vector3<f64>, v: &Vector3<f64>) -> Vector4<f64> {
+    let ground = p.x.hypot(p.y);
+    let range = p.norm().max(DISTANCE_MIN_M);
+    Vector4::new(p.z.atan2(ground), p.y.atan2(p.x), range, p.dot(v) / range)
+}
+
+/// Derivative of [`expected`] by position and velocity, 4 x 6.
+pub fn jacobian(p: &Vector3<f64>, v: &Vector3<f64>) -> SMatrix<f64, 4, 6> {
+    let ground = p.x.hypot(p.y).max(DISTANCE_MIN_M);
+    let range = p.norm().max(DISTANCE_MIN_M);
+    let range2 = range * range;
+    let u = p / range;
+    let across = (v - u * u.dot(v)) / range;
+    let slope = p.z / (range2 * ground);
+    #[rustfmt::skip]
+    let h = SMatrix::<f64, 4, 6>::from_row_slice(&[
+        -p.x * slope, -p.y * slope, ground / range2, 0.0, 0.0, 0.0,
+        -p.y / (ground * ground), p.x / (ground * ground), 0.0, 0.0, 0.0, 0.0,
+        u.x, u.y, u.z, 0.0, 0.0, 0.0,
+        across.x, across.y, across.z, u.x, u.y, u.z,
+    ]);
+    h
+}
+
+/// Position of elevation, azimuth [rad] and range [m]; a negative range lands on the far side.
+pub fn cartesian(elevation_rad: f64, azimuth_rad: f64, range_m: f64) -> Vector3<f64> {
+    let (se, ce) = elevation_rad.sin_cos();
+    let (sa, ca) = azimuth_rad.sin_cos();
+    Vector3::new(range_m * ce * ca, range_m * ce * sa, range_m * se)
+}
+
+/// Derivative of [`cartesian`] by (elevation, azimuth, range).
+pub fn cartesian_jacobian(elevation_rad: f64, azimuth_rad: f64, range_m: f64) -> Matrix3<f64> {
+    let (se, ce) = elevation_rad.sin_cos();
+    let (sa, ca) = azimuth_rad.sin_cos();
+    #[rustfmt::skip]
+    let j = Matrix3::new(
+        -range_m * se * ca, -range_m * ce * sa, ce * ca,
+        -range_m * se * sa, range_m * ce * ca, ce * sa,
+        range_m * ce, 0.0, se,
+    );
+    j
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector6;
+
+    const STATES: [[f64; 6]; 4] = [
+        [20.0, -13.0, 11.0, 1.5, -2.0, 0.5],
+        [-30.0, 0.01, 5.0, 0.0, 3.0, 0.0],
+        [1.0, 1.0, 25.0, -4.0, 1.0, 2.0],
+        [-5.0, -40.0, -3.0, 0.3, 0.2, -0.1],
+    ];
+
+    fn at(s: &Vector6<f64>) -> Vector4<f64> {
+        expected(&s.fixed_rows::<3>(0).into(), &s.fixed_rows::<3>(3).into())
+    }
+
+    #[test]
+    fn jacobian_is_the_central_difference() {
+        for s in STATES.map(Vector6::from) {
+            let h = jacobian(&s.fixed_rows::<3>(0).into(), &s.fixed_rows::<3>(3).into());
+            for i in 0..6 {
+                let mut step = Vector6::zeros();
+                step[i] = 1e-5;
+                let numeric = residual(&at(&(s + step)), &at(&(s - step))) / 2e-5;
+                assert!((numeric - h.column(i)).norm() < 1e-8, "column {i}");
+            }
+        }
+    }
+
+    #[test]
+    fn cartesian_inverts_expected() {
+        for s in STATES.map(Vector6::from) {
+            let z = at(&s);
+            let p = cartesian(z[0], z[1], z[2]);
+            assert!((p - s.fixed_rows::<3>(0)).norm() < 1e-12);
+            let h = jacobian(&p, &Vector3::zeros());
+            let both = h.fixed_view::<3, 3>(0, 0) * cartesian_jacobian(z[0], z[1], z[2]);
+            assert!((both - Matrix3::identity()).norm() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn azimuth_residual_crosses_the_cut() {
+        let d = residual(
+            &Vector4::new(0.1, 3.1, 5.0, 0.0),
+            &Vector4::new(0.2, -3.1, 4.0, 1.0),
+        );
+        assert!((d - Vector4::new(-0.1, 6.2 - TAU, 1.0, -1.0)).norm() < 1e-14);
+    }
+
+    #[test]
+    fn the_origin_and_the_zenith_stay_finite() {
+        for p in [Vector3::zeros(), Vector3::new(0.0, 0.0, 10.0)] {
+            let v = Vector3::new(1.0, 2.0, 3.0);
+            assert!(jacobian(&p, &v).iter().all(|x| x.is_finite()));
+            assert!(expected(&p, &v).iter().all(|x| x.is_finite()));
+        }
+    }
+}
