@@ -9,4 +9,5 @@ pub mod noise;
 pub mod radar_sampling;
 pub mod random_source;
 pub mod reading;
+pub mod recursive;
 pub mod seed;

@@ -1,0 +1,18 @@
+//! Training of the recursive tracker through its unrolled filter.
+//!
+//! One filter step is written once, generically over [`scalar::Scalar`]: in `f64` it is the naive
+//! twin of the firmware's `f32` step; recorded on a [`tape::Tape`] it becomes a [`program::Program`]
+//! that runs forwards and backwards over lanes of flights.
+
+pub mod carry;
+pub mod correction;
+pub mod features;
+pub mod lanes;
+pub mod line_of_sight;
+pub mod motion;
+pub mod program;
+pub mod scalar;
+pub mod schedule;
+pub mod start;
+pub mod step;
+pub mod tape;

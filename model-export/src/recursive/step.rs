@@ -1,0 +1,291 @@
+//! One step of the recursive tracker: predict under a schedule, correct, remember.
+
+use super::carry::{CARRY, Carry, MEAN_TIMES_S, MEANS, MEASUREMENT, MEMORY, MEMORY_TIMES_S, STATE};
+use super::correction::{cholesky, correct, forward_substitute};
+use super::features::{FEATURES, Normalisation, features};
+use super::line_of_sight::LineOfSight;
+use super::motion::{Matrix, predict};
+use super::program::Program;
+use super::scalar::Scalar;
+use super::schedule::{Base, OUTPUTS, SCHEDULE, Schedule};
+
+/// What arrives at one step.
+#[derive(Clone, Copy, Debug)]
+pub struct Arrival<S> {
+    /// Time since the previous step, seconds.
+    pub dt_s: S,
+    /// One when there is a measurement, zero in a gap.
+    pub measured: S,
+    /// Elevation [rad], azimuth [rad], range [m], range-rate [m/s]; anything finite in a gap.
+    pub measurement: [S; MEASUREMENT],
+    /// Their standard deviations.
+    pub sigmas: [S; MEASUREMENT],
+}
+
+/// Numbers in an [`Arrival`].
+pub const ARRIVAL: usize = 2 + 2 * MEASUREMENT;
+
+/// Inputs of the filter program: carry, network outputs, arrival, true position.
+pub const FILTER_INPUTS: usize = CARRY + OUTPUTS + ARRIVAL + 3;
+/// Outputs of the filter program: carry, then the negative log-likelihood of the true position.
+pub const FILTER_OUTPUTS: usize = CARRY + 1;
+/// Inputs of the feature program: carry, then the time step.
+pub const FEATURE_INPUTS: usize = CARRY + 1;
+
+/// Advances `carry` by one step under the motion model that the network `outputs` schedule.
+pub fn advance<S: Scalar>(
+    carry: &Carry<S>,
+    outputs: &[S],
+    arrival: &Arrival<S>,
+    base: &Base,
+) -> Carry<S> {
+    let c = S::constant;
+    let one = c(1.0);
+    let position = [carry.state[0], carry.state[1], carry.state[2]];
+    let schedule = Schedule::read(outputs, base);
+    let (predicted, spread) = predict(
+        &carry.state,
+        &carry.covariance,
+        &LineOfSight::to(position),
+        &schedule,
+        arrival.dt_s,
+    );
+    let m = arrival.measured;
+    let corrected = correct(
+        &predicted,
+        &spread,
+        &arrival.measurement,
+        &arrival.sigmas,
+        m,
+    );
+    let between = |old: S, new: S, weight: S| old + weight * (new - old);
+    let age_s = carry.age_s + arrival.dt_s;
+    let nis = corrected
+        .whitened
+        .iter()
+        .fold(c(0.0), |sum, &y| sum + y * y);
+    Carry {
+        state: corrected.state,
+        covariance: corrected.covariance,
+        innovation: core::array::from_fn(|i| {
+            between(c(0.8) * carry.innovation[i], corrected.whitened[i], m)
+        }),
+        drift: core::array::from_fn(|i| {
+            let bounded = corrected.whitened[i].clamp(-5.0, 5.0);
+            between(carry.drift[i], bounded, c(0.15) * m)
+        }),
+        surprise: between(carry.surprise, (c(0.25) * nis).min(c(10.0)), c(0.1) * m),
+        ln_sigmas: core::array::from_fn(|i| between(carry.ln_sigmas[i], arrival.sigmas[i].ln(), m)),
+        coast_s: (one - m) * (carry.coast_s + arrival.dt_s),
+        age_s,
+        velocity_means: core::array::from_fn(|i: usize| {
+            debug_assert!(i < MEANS);
+            // A plain mean until the flight is older than the time constant.
+            let weight = fading_weight(arrival.dt_s, MEAN_TIMES_S[i]).max(arrival.dt_s / age_s);
+            core::array::from_fn(|axis| {
+                between(
+                    carry.velocity_means[i][axis],
+                    corrected.state[3 + axis],
+                    weight,
+                )
+            })
+        }),
+        memory: core::array::from_fn(|i: usize| {
+            debug_assert!(i < MEMORY);
+            let weight = fading_weight(arrival.dt_s, MEMORY_TIMES_S[i]);
+            between(carry.memory[i], outputs[SCHEDULE + i].tanh(), weight)
+        }),
+    }
+}
+
+/// Weight of the newest value in a running mean with a time constant.
+fn fading_weight<S: Scalar>(dt_s: S, time_s: f64) -> S {
+    -((dt_s * S::constant(-1.0 / time_s)).exp_m1())
+}
+
+/// Negative log-likelihood of a position under the state's Gaussian, nats.
+pub fn position_surprise<S: Scalar>(
+    state: &[S; STATE],
+    covariance: &Matrix<S>,
+    truth: [S; 3],
+) -> S {
+    let block: [[S; 3]; 3] =
+        core::array::from_fn(|row| core::array::from_fn(|column| covariance[row][column]));
+    let factor = cholesky(&block);
+    let error = core::array::from_fn(|axis| state[axis] - truth[axis]);
+    let whitened = forward_substitute(&factor, error);
+    let mut sum = S::constant(1.5 * core::f64::consts::TAU.ln());
+    for axis in 0..3 {
+        sum = sum + S::constant(0.5) * whitened[axis] * whitened[axis] + factor[axis][axis].ln();
+    }
+    sum
+}
+
+/// Records the step between the network and the next features.
+pub fn filter_program(base: &Base) -> Program {
+    Program::record(FILTER_INPUTS, |inputs| {
+        let (carry, rest) = inputs.split_at(CARRY);
+        let (outputs, rest) = rest.split_at(OUTPUTS);
+        let (arrival, truth) = rest.split_at(ARRIVAL);
+        let arrival = Arrival {
+            dt_s: arrival[0],
+            measured: arrival[1],
+            measurement: core::array::from_fn(|i| arrival[2 + i]),
+            sigmas: core::array::from_fn(|i| arrival[2 + MEASUREMENT + i]),
+        };
+        let next = advance(&Carry::unflatten(carry), outputs, &arrival, base);
+        let surprise = position_surprise(
+            &next.state,
+            &next.covariance,
+            [truth[0], truth[1], truth[2]],
+        );
+        let mut flat = next.flatten();
+        flat.push(surprise);
+        flat
+    })
+}
+
+/// Records the normalised features.
+pub fn feature_program(normalisation: &Normalisation) -> Program {
+    Program::record(FEATURE_INPUTS, |inputs| {
+        let (carry, dt_s) = inputs.split_at(CARRY);
+        let features: [_; FEATURES] = features(&Carry::unflatten(carry), dt_s[0]);
+        normalisation.apply(&features).to_vec()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recursive::lanes::{LANES, Lanes, ZERO};
+    use crate::recursive::start::{Population, start};
+
+    const POPULATION: Population = Population {
+        range_m: 33.5,
+        range_sigma_m: 6.0,
+        elevation_rad: 0.5,
+        elevation_sigma_rad: 0.21,
+        horizontal_sigma_mps: 1.6,
+        vertical_sigma_mps: 0.5,
+        acceleration_sigma_mps2: 2.0,
+    };
+    const SIGMAS: [f64; 4] = [0.01, 0.012, 10.0, 0.1];
+
+    /// A circle of 5 m flown at 2 m/s: position and velocity after `time_s` seconds.
+    fn circle(time_s: f64) -> ([f64; 3], [f64; 3]) {
+        let (s, c) = (0.4 * time_s).sin_cos();
+        (
+            [20.0 + 5.0 * c, -15.0 + 5.0 * s, 12.0],
+            [-2.0 * s, 2.0 * c, 0.0],
+        )
+    }
+
+    fn reading(time_s: f64) -> [f64; 4] {
+        let ([x, y, z], [vx, vy, vz]) = circle(time_s);
+        let range = (x * x + y * y + z * z).sqrt();
+        let rate = (x * vx + y * vy + z * vz) / range;
+        [z.atan2(x.hypot(y)), y.atan2(x), range, rate]
+    }
+
+    fn step_inputs(carry: &Carry<f64>, outputs: &[f64], k: usize, measured: f64) -> Vec<f64> {
+        let time_s = 0.1 * k as f64;
+        let mut inputs = carry.flatten();
+        inputs.extend(outputs);
+        inputs.extend([0.1, measured]);
+        inputs.extend(reading(time_s));
+        inputs.extend(SIGMAS);
+        inputs.extend(circle(time_s).0);
+        inputs
+    }
+
+    fn splat(numbers: &[f64]) -> Vec<Lanes> {
+        numbers.iter().map(|&x| [x; LANES]).collect()
+    }
+
+    #[test]
+    fn the_base_model_follows_a_circle() {
+        let mut carry = start(&reading(0.0), &SIGMAS, &POPULATION);
+        for k in 1..150 {
+            let inputs = step_inputs(&carry, &[], k, f64::from(u8::from(k % 15 < 8)));
+            let (arrival, _) = inputs[CARRY..].split_at(ARRIVAL);
+            let arrival = Arrival {
+                dt_s: arrival[0],
+                measured: arrival[1],
+                measurement: core::array::from_fn(|i| arrival[2 + i]),
+                sigmas: SIGMAS,
+            };
+            carry = advance(&carry, &[0.0; OUTPUTS], &arrival, &Base::DRONE);
+        }
+        let truth = circle(14.9).0;
+        for axis in 0..3 {
+            assert!((carry.state[axis] - truth[axis]).abs() < 0.5);
+        }
+        // Seven steps into a gap the standard deviation is about a metre an axis.
+        assert!(position_surprise(&carry.state, &carry.covariance, truth) < 3.0);
+    }
+
+    #[test]
+    fn the_program_is_the_plain_step_and_its_gradient_is_right() {
+        let program = filter_program(&Base::DRONE);
+        let mut workspace = program.workspace();
+        let mut carry = start(&reading(0.0), &SIGMAS, &POPULATION).flatten();
+        let wave: Vec<f64> = (0..OUTPUTS).map(|i| 0.3 * (1.7 * i as f64).sin()).collect();
+        let mut outputs = vec![ZERO; FILTER_OUTPUTS];
+        for k in 1..20 {
+            let measured = f64::from(u8::from(k % 7 != 3));
+            let inputs = step_inputs(&Carry::unflatten(&carry), &wave, k, measured);
+            program.forward(&mut workspace, &splat(&inputs), &mut outputs);
+            let scale = |i: usize| ((i * 5) % 7) as f64 - 3.0;
+            let seeds: Vec<Lanes> = (0..FILTER_OUTPUTS).map(|i| [scale(i); LANES]).collect();
+            let mut adjoints = vec![ZERO; FILTER_INPUTS];
+            program.backward(&mut workspace, &seeds, &mut adjoints);
+            let next: Vec<f64> = outputs.iter().map(|lanes| lanes[LANES - 1]).collect();
+            check_gradient(&program, &inputs, &scale, &adjoints);
+            carry = next[..CARRY].to_vec();
+        }
+    }
+
+    fn check_gradient(
+        program: &Program,
+        inputs: &[f64],
+        scale: &impl Fn(usize) -> f64,
+        adjoints: &[Lanes],
+    ) {
+        let mut workspace = program.workspace();
+        let mut total = |inputs: &[f64]| -> f64 {
+            let mut outputs = vec![ZERO; FILTER_OUTPUTS];
+            program.forward(&mut workspace, &splat(inputs), &mut outputs);
+            outputs
+                .iter()
+                .enumerate()
+                .map(|(i, lanes)| scale(i) * lanes[0])
+                .sum()
+        };
+        for i in 0..FILTER_INPUTS {
+            // A gap's step has no derivative at zero by its own flag.
+            if i == CARRY + OUTPUTS + 1 {
+                continue;
+            }
+            let h = 1e-5 * (1e-2 + inputs[i].abs());
+            let mut moved = inputs.to_vec();
+            moved[i] = inputs[i] + h;
+            let high = total(&moved);
+            moved[i] = inputs[i] - h;
+            let low = total(&moved);
+            let difference = (high - low) / (2.0 * h);
+            let error = (adjoints[i][3] - difference).abs();
+            assert!(
+                error < 1e-4 * (1.0 + difference.abs()) + 1e-9 * high.abs() / h,
+                "input {i}: {} against {difference}",
+                adjoints[i][3]
+            );
+        }
+    }
+
+    #[test]
+    fn the_step_stays_small() {
+        // The cost of training is proportional to these; a structural zero that is computed shows.
+        assert!(filter_program(&Base::DRONE).len() < 3000);
+        assert!(feature_program(&Normalisation::IDENTITY).len() < 450);
+    }
+}
