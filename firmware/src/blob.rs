@@ -88,7 +88,9 @@ impl<'a> Floats<'a> {
 
     /// All values in order.
     pub fn iter(&self) -> impl Iterator<Item = f32> + use<'a> {
-        self.0.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+        self.0
+            .chunks_exact(4)
+            .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
     }
 }
 
@@ -216,7 +218,10 @@ impl<'a> Blob<'a> {
         if parameters != field::MEMORYLESS_PARAMETERS {
             return Err(Invalid(BlobField::Parameters));
         }
-        let mut reader = Reader { bytes, at: field::HEADER_LEN };
+        let mut reader = Reader {
+            bytes,
+            at: field::HEADER_LEN,
+        };
         for value in reader.floats(parameters)?.iter() {
             if !(value.is_finite() && value > 0.0) {
                 return Err(Invalid(BlobField::Parameters));
@@ -235,9 +240,17 @@ impl<'a> Blob<'a> {
             *view = Some(NetworkView { bytes, table });
         }
         if reader.at != bytes.len() {
-            return Err(BlobError::WrongLength { header: bytes.len(), given: reader.at });
+            return Err(BlobError::WrongLength {
+                header: bytes.len(),
+                given: reader.at,
+            });
         }
-        Ok(Self { bytes, kind, features, networks: views })
+        Ok(Self {
+            bytes,
+            kind,
+            features,
+            networks: views,
+        })
     }
 
     /// What the networks estimate.
@@ -307,7 +320,10 @@ pub fn checksum(bytes: &[u8]) -> u32 {
 
 fn check_frame(bytes: &[u8]) -> Result<(), BlobError> {
     if bytes.len() < field::HEADER_LEN {
-        return Err(BlobError::Truncated { needed: field::HEADER_LEN, given: bytes.len() });
+        return Err(BlobError::Truncated {
+            needed: field::HEADER_LEN,
+            given: bytes.len(),
+        });
     }
     if bytes[field::MAGIC] != field::MAGIC_BYTES {
         return Err(BlobError::NotABlob);
@@ -318,10 +334,16 @@ fn check_frame(bytes: &[u8]) -> Result<(), BlobError> {
     }
     let length = u32_at(bytes, field::LENGTH.start) as usize;
     if bytes.len() < length {
-        return Err(BlobError::Truncated { needed: length, given: bytes.len() });
+        return Err(BlobError::Truncated {
+            needed: length,
+            given: bytes.len(),
+        });
     }
     if length != bytes.len() {
-        return Err(BlobError::WrongLength { header: length, given: bytes.len() });
+        return Err(BlobError::WrongLength {
+            header: length,
+            given: bytes.len(),
+        });
     }
     if checksum(bytes) != u32_at(bytes, field::CRC.start) {
         return Err(BlobError::WrongChecksum);
@@ -337,10 +359,10 @@ struct Reader<'a> {
 impl<'a> Reader<'a> {
     fn take(&mut self, len: usize) -> Result<&'a [u8], BlobError> {
         let end = self.at.saturating_add(len);
-        let taken = self
-            .bytes
-            .get(self.at..end)
-            .ok_or(BlobError::Truncated { needed: end, given: self.bytes.len() })?;
+        let taken = self.bytes.get(self.at..end).ok_or(BlobError::Truncated {
+            needed: end,
+            given: self.bytes.len(),
+        })?;
         self.at = end;
         Ok(taken)
     }
@@ -403,7 +425,10 @@ impl<'a> Reader<'a> {
                 }
             }
             let scales = self.floats(outputs)?;
-            if scales.iter().any(|scale| !(scale.is_finite() && scale >= 0.0)) {
+            if scales
+                .iter()
+                .any(|scale| !(scale.is_finite() && scale >= 0.0))
+            {
                 return Err(Invalid(BlobField::ChannelScale));
             }
             if self.floats(outputs)?.iter().any(|bias| !bias.is_finite()) {

@@ -1,11 +1,37 @@
 //! Bayesian neural Kalman tracking for radar nodes: `no_std`, no allocation, static memory.
+//!
+//! A [`Tracker`] reads a [`blob::Blob`] of quantised weight means and variances, draws Monte Carlo
+//! passes of the Bayesian network, and corrects their mean and covariance with the measurement.
+//! The same code runs on the microcontroller and on the host, and gives the same bits.
+//!
+//! Frame and units at every public boundary: radar at the origin, x east, y north, z up; azimuth
+//! from +x towards +y, elevation from the horizontal, range-rate positive outbound; metres,
+//! seconds, radians, metres per second.
+//!
+//! What this is not: no attitude estimation, no multi-target association, no networking.
 #![no_std]
 
-#[cfg(test)]
-extern crate std;
-
+pub mod activation;
 pub mod blob;
+mod coast;
+pub mod ekf;
+mod estimate;
+mod features;
+pub mod gaussian;
+pub mod kernel;
+pub mod layer;
 mod measurement;
+pub mod monte_carlo;
+pub mod network;
 pub mod protocol;
+pub mod radar;
+pub mod rng;
+mod series;
+mod tracker;
 
+pub use estimate::{Estimate, Mode};
+pub use features::{FEATURES_MAX, features};
 pub use measurement::{Measurement, MeasurementError, MeasurementField, Sigmas};
+pub use tracker::{
+    Correction, PREVIOUS_AGE_MAX_US, Settings, StepError, TRACKER_BYTES_MAX, Tracker, TrackerError,
+};

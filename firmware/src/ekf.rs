@@ -1,0 +1,310 @@
+//! The correction step of the extended Kalman filter, in Joseph form.
+//!
+//! Two readings of one measurement: the paper's linear correction with the converted position
+//! (Eq. 12-13 with H = I), and the native polar one, where range-rate joins if the state has a
+//! velocity. Joseph form and symmetrising keep the covariance symmetric and positive
+//! semi-definite; what cannot be corrected is refused, never repaired in silence.
+
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+
+use crate::Measurement;
+use crate::radar::{predict, wrap_angle};
+
+/// Why a correction was refused; the state is unchanged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EkfError {
+    /// The prior, or the result, is NaN or infinite.
+    NotFinite,
+    /// The innovation covariance, or the corrected covariance, is not positive definite.
+    NotPositiveDefinite,
+}
+
+impl core::fmt::Display for EkfError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::NotFinite => "state or covariance is not finite",
+            Self::NotPositiveDefinite => "covariance is not positive definite",
+        })
+    }
+}
+
+impl core::error::Error for EkfError {}
+
+/// State and covariance after a correction of an `N`-dimensional state.
+#[derive(Clone, Copy, Debug)]
+pub struct Corrected<const N: usize> {
+    /// Mean.
+    pub state: SVector<f32, N>,
+    /// Covariance, symmetric.
+    pub covariance: SMatrix<f32, N, N>,
+    /// Normalised innovation squared, `y' S^-1 y`.
+    pub nis: f32,
+}
+
+impl<const N: usize> Corrected<N> {
+    fn checked(self) -> Result<Self, EkfError> {
+        let finite = self.nis.is_finite()
+            && self
+                .state
+                .iter()
+                .chain(self.covariance.iter())
+                .all(|value| value.is_finite());
+        if !finite {
+            return Err(EkfError::NotFinite);
+        }
+        Ok(self)
+    }
+}
+
+/// Corrects a position with a measured position (paper Eq. 12-13, H = I).
+///
+/// `position` m, `covariance` m^2, `measured` m, `noise` m^2: see [`crate::radar::converted`].
+///
+/// # Errors
+/// [`EkfError`]; the inputs are untouched.
+pub fn correct_position(
+    position: Vector3<f32>,
+    covariance: Matrix3<f32>,
+    measured: Vector3<f32>,
+    noise: Matrix3<f32>,
+) -> Result<Corrected<3>, EkfError> {
+    let innovation = measured - position;
+    let innovation_covariance = covariance + noise;
+    if !innovation_covariance.iter().all(|value| value.is_finite()) {
+        return Err(EkfError::NotFinite);
+    }
+    let factor = innovation_covariance
+        .cholesky()
+        .ok_or(EkfError::NotPositiveDefinite)?;
+    let gain = factor.solve(&covariance).transpose();
+    let rest = Matrix3::identity() - gain;
+    let updated = rest * covariance * rest.transpose() + gain * noise * gain.transpose();
+    Corrected {
+        state: position + gain * innovation,
+        covariance: (updated + updated.transpose()) * 0.5,
+        nis: innovation.dot(&factor.solve(&innovation)),
+    }
+    .checked()
+}
+
+/// Corrects a state that starts with position (m) and, if `N >= 6`, velocity (m/s), with the
+/// polar measurement itself: elevation, azimuth, range and, with a velocity, range-rate.
+///
+/// The Jacobian is taken at the prior. Because the noise is independent per component, the four
+/// scalar corrections in turn equal the joint one.
+///
+/// # Errors
+/// [`EkfError`]; the inputs are untouched.
+pub fn correct_polar<const N: usize>(
+    state: &SVector<f32, N>,
+    covariance: &SMatrix<f32, N, N>,
+    measurement: &Measurement,
+) -> Result<Corrected<N>, EkfError> {
+    const {
+        assert!(
+            N == 3 || N >= 6,
+            "a state is a position, or starts with position and velocity"
+        )
+    };
+    let has_velocity = N >= 6;
+    let component = |i: usize| if i < N { state[i] } else { 0.0 };
+    let velocity = core::array::from_fn(|i| if has_velocity { component(3 + i) } else { 0.0 });
+    let predicted = predict([state[0], state[1], state[2]], velocity);
+    let measured = [
+        measurement.elevation_rad,
+        measurement.azimuth_rad,
+        measurement.range_m,
+        measurement.range_rate_mps,
+    ];
+    let sigmas = [
+        measurement.sigmas.elevation_rad,
+        measurement.sigmas.azimuth_rad,
+        measurement.sigmas.range_m,
+        measurement.sigmas.range_rate_mps,
+    ];
+    let mut corrected = Corrected {
+        state: *state,
+        covariance: *covariance,
+        nis: 0.0,
+    };
+    for row in 0..if has_velocity { 4 } else { 3 } {
+        let mut derivative = SVector::<f32, N>::zeros();
+        for axis in 0..3 {
+            derivative[axis] = predicted.by_position[row][axis];
+            if row == 3 {
+                derivative[(3 + axis) % N] = predicted.by_velocity[axis];
+            }
+        }
+        let mut innovation = measured[row] - predicted.measurement[row];
+        if row < 2 {
+            innovation = wrap_angle(innovation);
+        }
+        innovation -= derivative.dot(&(corrected.state - state));
+        correct_scalar(
+            &mut corrected,
+            &derivative,
+            innovation,
+            sigmas[row] * sigmas[row],
+        )?;
+    }
+    corrected.checked()
+}
+
+/// One scalar correction in Joseph form.
+fn correct_scalar<const N: usize>(
+    corrected: &mut Corrected<N>,
+    derivative: &SVector<f32, N>,
+    innovation: f32,
+    noise: f32,
+) -> Result<(), EkfError> {
+    let cross = corrected.covariance * derivative;
+    let innovation_variance = derivative.dot(&cross) + noise;
+    if !innovation_variance.is_finite() || !innovation.is_finite() {
+        return Err(EkfError::NotFinite);
+    }
+    if innovation_variance <= 0.0 {
+        return Err(EkfError::NotPositiveDefinite);
+    }
+    let gain = cross / innovation_variance;
+    corrected.state += gain * innovation;
+    corrected.nis += innovation * innovation / innovation_variance;
+    // (I - K h') P (I - K h')' + K r K', multiplied out for a symmetric P with g = P h:
+    // P - K g' - g K' + K s K' on the upper triangle, then mirrored.
+    for i in 0..N {
+        for j in i..N {
+            let value = corrected.covariance[(i, j)] - gain[i] * cross[j] - cross[i] * gain[j]
+                + gain[i] * innovation_variance * gain[j];
+            corrected.covariance[(i, j)] = value;
+            corrected.covariance[(j, i)] = value;
+        }
+        // Rounding may have eaten a variance that the noise made tiny.
+        if corrected.covariance[(i, i)] <= 0.0 {
+            return Err(EkfError::NotPositiveDefinite);
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Sigmas;
+    use crate::gaussian::standard_normal;
+    use crate::radar::position;
+    use crate::rng::seeded;
+    use nalgebra::{Matrix4, Matrix6, SMatrix, Vector4, Vector6};
+
+    const SIGMAS: Sigmas = Sigmas {
+        range_m: 2.0,
+        elevation_rad: 0.02,
+        azimuth_rad: 0.03,
+        range_rate_mps: 0.2,
+    };
+
+    fn measurement() -> Measurement {
+        Measurement {
+            time_us: 0,
+            range_m: 34.0,
+            elevation_rad: 0.4,
+            azimuth_rad: 3.1,
+            range_rate_mps: -1.2,
+            sigmas: SIGMAS,
+        }
+    }
+
+    fn prior() -> (Vector6<f32>, Matrix6<f32>) {
+        let mut rng = seeded(8);
+        let spread = SMatrix::<f32, 6, 6>::from_fn(|_, _| 0.6 * standard_normal(&mut rng));
+        let at = position(35.5, 0.45, -3.12);
+        let state = Vector6::new(at[0], at[1], at[2], 1.0, -2.0, 0.5);
+        (
+            state,
+            spread * spread.transpose() + Matrix6::identity() * 0.1,
+        )
+    }
+
+    /// The joint correction in f64 by the textbook: K = P H' S^-1, P = (I - K H) P.
+    #[test]
+    fn polar_correction_equals_the_joint_one_in_f64() {
+        let (state, covariance) = prior();
+        let corrected = correct_polar(&state, &covariance, &measurement()).unwrap();
+        let p = predict(
+            [state[0], state[1], state[2]],
+            [state[3], state[4], state[5]],
+        );
+        let h = SMatrix::<f64, 4, 6>::from_fn(|row, column| {
+            f64::from(match (row, column) {
+                (_, 0..3) => p.by_position[row][column],
+                (3, _) => p.by_velocity[column - 3],
+                _ => 0.0,
+            })
+        });
+        let m = measurement();
+        let mut innovation =
+            Vector4::new(m.elevation_rad, m.azimuth_rad, m.range_m, m.range_rate_mps)
+                .map(f64::from)
+                - Vector4::from(p.measurement).map(f64::from);
+        innovation[1] -= core::f64::consts::TAU;
+        let r = [
+            SIGMAS.elevation_rad,
+            SIGMAS.azimuth_rad,
+            SIGMAS.range_m,
+            SIGMAS.range_rate_mps,
+        ]
+        .map(|s| f64::from(s) * f64::from(s));
+        let covariance = covariance.map(f64::from);
+        let s: Matrix4<f64> = h * covariance * h.transpose() + Matrix4::from_diagonal(&r.into());
+        let inverse = s.try_inverse().unwrap();
+        let gain = covariance * h.transpose() * inverse;
+        let expected = state.map(f64::from) + gain * innovation;
+        let expected_covariance = covariance - gain * h * covariance;
+        assert!((corrected.state.map(f64::from) - expected).amax() < 1e-4);
+        assert!((corrected.covariance.map(f64::from) - expected_covariance).amax() < 1e-4);
+        assert!((f64::from(corrected.nis) - innovation.dot(&(inverse * innovation))).abs() < 1e-3);
+    }
+
+    /// With H = I the posterior is the product of two Gaussians.
+    #[test]
+    fn position_correction_is_the_product_of_gaussians() {
+        let (state, covariance) = prior();
+        let (a, p) = (
+            state.fixed_rows::<3>(0).into(),
+            covariance.fixed_view::<3, 3>(0, 0).into(),
+        );
+        let (b, r) = crate::radar::converted(&measurement());
+        let corrected = correct_position(a, p, b, r).unwrap();
+        let (pi, ri) = (
+            p.map(f64::from).try_inverse().unwrap(),
+            r.map(f64::from).try_inverse().unwrap(),
+        );
+        let expected_covariance = (pi + ri).try_inverse().unwrap();
+        let expected = expected_covariance * (pi * a.map(f64::from) + ri * b.map(f64::from));
+        assert!((corrected.covariance.map(f64::from) - expected_covariance).amax() < 1e-4);
+        assert!((corrected.state.map(f64::from) - expected).amax() < 1e-3);
+    }
+
+    #[test]
+    fn refusals() {
+        let (state, covariance) = prior();
+        let broken = covariance.map(|_| f32::NAN);
+        assert_eq!(
+            correct_polar(&state, &broken, &measurement()).unwrap_err(),
+            EkfError::NotFinite
+        );
+        let negative = -covariance * 1e3;
+        assert_eq!(
+            correct_polar(&state, &negative, &measurement()).unwrap_err(),
+            EkfError::NotPositiveDefinite
+        );
+        let (z, r) = crate::radar::converted(&measurement());
+        let position: Vector3<f32> = state.fixed_rows::<3>(0).into();
+        assert_eq!(
+            correct_position(position, -r * 2.0, z, r).unwrap_err(),
+            EkfError::NotPositiveDefinite
+        );
+        assert_eq!(
+            correct_position(position * f32::NAN, r, z, r).unwrap_err(),
+            EkfError::NotFinite
+        );
+    }
+}

@@ -1,0 +1,363 @@
+//! Integer dot products of int8 weights and 16-bit activations, several passes at a time.
+//!
+//! The only module that may hold `unsafe` or assembly. Every instruction has a portable twin, and
+//! all of them give the same integers: see the tests. Lanes are Monte Carlo passes, so an
+//! unpacked weight serves `L` passes (weight-stationary), and lane-wise arithmetic never reorders
+//! a sum.
+//!
+//! Four consecutive inputs 4q..4q+3 are two words of two signed 16-bit halves, low half first:
+//! word 2q holds inputs 4q and 4q+2, word 2q+1 holds 4q+1 and 4q+3, which is how SXTB16 unpacks
+//! four int8 weights.
+#![allow(unsafe_code)]
+
+use crate::blob::field::WIDTH_MAX;
+use crate::series;
+
+/// Words that hold the activations of the widest layer.
+const WORDS: usize = WIDTH_MAX / 2;
+/// Largest magnitude of a quantised activation.
+const VALUE_MAX: f32 = 32_767.0;
+/// Largest quantised squared activation (12 bits).
+const SQUARE_MAX: f32 = 4_095.0;
+/// Largest decoded variance (13 bits). With 12-bit squares and [`WIDTH_MAX`] inputs the sum of
+/// products stays below 2^31.
+const VARIANCE_MAX: u16 = 8_191;
+const _: () =
+    assert!(WIDTH_MAX as u64 * VARIANCE_MAX as u64 * SQUARE_MAX as u64 <= i32::MAX as u64);
+const _: () = assert!(WIDTH_MAX as u64 * VALUE_MAX as u64 * 128 <= i32::MAX as u64);
+
+/// Decoded variances relative to the layer's largest: `VARIANCE_MAX * 2^((code - 255) / 8)`.
+static VARIANCES: [u16; 256] = {
+    let mut table = [0; 256];
+    let mut code = 1;
+    while code < 256 {
+        let octaves = (code as f64 - 255.0) / 8.0;
+        let value = VARIANCE_MAX as f64 * series::exp(octaves * core::f64::consts::LN_2);
+        table[code] = (value + 0.5) as u16;
+        code += 1;
+    }
+    table
+};
+
+/// The quantised activations of one layer, and their squares, for `L` passes.
+pub struct Packed<const L: usize> {
+    values: [[u32; L]; WORDS],
+    squares: [[u32; L]; WORDS],
+    /// What one step of `values` is worth, per pass.
+    value_scale: [f32; L],
+    /// What one step of a product of a square and a variance is worth, per pass, when the layer's
+    /// largest variance is 1.
+    variance_scale: [f32; L],
+}
+
+impl<const L: usize> Packed<L> {
+    /// Room for any layer; holds zeros.
+    pub const fn new() -> Self {
+        Self {
+            values: [[0; L]; WORDS],
+            squares: [[0; L]; WORDS],
+            value_scale: [0.0; L],
+            variance_scale: [0.0; L],
+        }
+    }
+
+    /// Quantises `activations` (`[input][pass]`, at most [`WIDTH_MAX`] inputs): 16 bits over the
+    /// largest magnitude of each pass. A pass that holds NaN or infinity gets a scale of NaN or
+    /// infinity, so that it cannot come out as a number.
+    pub fn pack(&mut self, activations: &[[f32; L]]) {
+        let mut inverse = [0.0; L];
+        for lane in 0..L {
+            let mut largest = 0.0_f32;
+            let mut sum = 0.0_f32;
+            for row in activations {
+                largest = if row[lane].abs() > largest {
+                    row[lane].abs()
+                } else {
+                    largest
+                };
+                sum += row[lane];
+            }
+            // Zero unless some activation is not finite (or the sum overflows).
+            let largest = largest + sum * 0.0;
+            inverse[lane] = if largest > f32::MIN_POSITIVE {
+                VALUE_MAX / largest
+            } else {
+                0.0
+            };
+            self.value_scale[lane] = largest / VALUE_MAX;
+            self.variance_scale[lane] = largest * largest / (SQUARE_MAX * VARIANCE_MAX as f32);
+        }
+        for (group, words) in activations.chunks(4).zip(
+            self.values
+                .chunks_exact_mut(2)
+                .zip(self.squares.chunks_exact_mut(2)),
+        ) {
+            let (values, squares) = words;
+            for lane in 0..L {
+                let mut quantised = [0_u32; 4];
+                let mut squared = [0_u32; 4];
+                for (i, row) in group.iter().enumerate() {
+                    let q = row[lane] * inverse[lane];
+                    quantised[i] = round(q);
+                    squared[i] = round(q * q * (SQUARE_MAX / (VALUE_MAX * VALUE_MAX)));
+                }
+                values[0][lane] = halves(quantised[0], quantised[2]);
+                values[1][lane] = halves(quantised[1], quantised[3]);
+                squares[0][lane] = halves(squared[0], squared[2]);
+                squares[1][lane] = halves(squared[1], squared[3]);
+            }
+        }
+    }
+
+    /// Sum over inputs of mean code times activation, in units of the channel scale.
+    ///
+    /// `row` holds int8 codes, padded with zeros to a multiple of four.
+    #[inline]
+    pub fn dot_means(&self, row: &[u8]) -> [f32; L] {
+        let mut sums = [0_i32; L];
+        for (codes, words) in row.chunks_exact(4).zip(self.values.chunks_exact(2)) {
+            let codes = u32::from_le_bytes([codes[0], codes[1], codes[2], codes[3]]);
+            multiply_accumulate(&mut sums, sign_extend_even_bytes(codes), &words[0]);
+            multiply_accumulate(&mut sums, sign_extend_even_bytes(codes >> 8), &words[1]);
+        }
+        core::array::from_fn(|lane| sums[lane] as f32 * self.value_scale[lane])
+    }
+
+    /// Sum over inputs of variance times squared activation, in units of the layer's largest
+    /// variance. Variances below 1/16,000 of the largest count as zero here.
+    #[inline]
+    pub fn dot_variances(&self, row: &[u8]) -> [f32; L] {
+        let mut sums = [0_i32; L];
+        for (codes, words) in row.chunks_exact(4).zip(self.squares.chunks_exact(2)) {
+            let v = |i: usize| u32::from(VARIANCES[usize::from(codes[i])]);
+            multiply_accumulate(&mut sums, v(0) | v(2) << 16, &words[0]);
+            multiply_accumulate(&mut sums, v(1) | v(3) << 16, &words[1]);
+        }
+        core::array::from_fn(|lane| sums[lane] as f32 * self.variance_scale[lane])
+    }
+}
+
+impl<const L: usize> Default for Packed<L> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Nearest integer of |x| < 2^15, ties to even, as the low half of a word in two's complement.
+#[inline]
+fn round(x: f32) -> u32 {
+    // Adding 1.5 * 2^23 leaves the rounded integer in the low mantissa bits.
+    (x + 12_582_912.0).to_bits() & 0xFFFF
+}
+
+#[inline]
+fn halves(low: u32, high: u32) -> u32 {
+    low | high << 16
+}
+
+/// Bytes 0 and 2 of `codes`, sign-extended into two halves.
+#[inline]
+fn sign_extend_even_bytes(codes: u32) -> u32 {
+    #[cfg(all(target_arch = "arm", target_feature = "dsp"))]
+    {
+        let halves;
+        // SAFETY: SXTB16 reads and writes registers only; the DSP extension is present by cfg.
+        unsafe {
+            core::arch::asm!("sxtb16 {}, {}", out(reg) halves, in(reg) codes,
+                options(pure, nomem, nostack, preserves_flags));
+        }
+        halves
+    }
+    #[cfg(not(all(target_arch = "arm", target_feature = "dsp")))]
+    portable::sign_extend_even_bytes(codes)
+}
+
+/// Adds to each lane the products of the two halves of `weights` and of its word.
+#[inline]
+fn multiply_accumulate<const L: usize>(sums: &mut [i32; L], weights: u32, words: &[u32; L]) {
+    #[cfg(all(target_arch = "arm", target_feature = "dsp"))]
+    for (sum, word) in sums.iter_mut().zip(words) {
+        // SAFETY: SMLAD reads and writes registers only (and the sticky Q flag, which nothing
+        // here reads); the DSP extension is present by cfg.
+        unsafe {
+            core::arch::asm!("smlad {0}, {1}, {2}, {0}", inout(reg) *sum, in(reg) weights,
+                in(reg) *word, options(pure, nomem, nostack));
+        }
+    }
+    #[cfg(target_arch = "x86_64")]
+    {
+        let (sums4, sums) = sums.as_chunks_mut::<4>();
+        let (words4, words) = words.as_chunks::<4>();
+        for (sums, words) in sums4.iter_mut().zip(words4) {
+            sse2::multiply_accumulate(sums, weights, words);
+        }
+        portable::multiply_accumulate(sums, weights, words);
+    }
+    #[cfg(not(any(
+        target_arch = "x86_64",
+        all(target_arch = "arm", target_feature = "dsp")
+    )))]
+    portable::multiply_accumulate(sums, weights, words);
+}
+
+/// Square root, correctly rounded on every target.
+#[inline]
+pub fn sqrt(x: f32) -> f32 {
+    #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+    {
+        let root;
+        // SAFETY: VSQRT reads and writes registers only; a hard-float target has it.
+        unsafe {
+            core::arch::asm!("vsqrt.f32 {}, {}", out(sreg) root, in(sreg) x,
+                options(pure, nomem, nostack, preserves_flags));
+        }
+        root
+    }
+    #[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
+    libm::sqrtf(x)
+}
+
+#[cfg(target_arch = "x86_64")]
+mod sse2 {
+    use core::arch::x86_64::{
+        __m128i, _mm_add_epi32, _mm_loadu_si128, _mm_madd_epi16, _mm_set1_epi32, _mm_storeu_si128,
+    };
+
+    /// Four lanes of [`super::multiply_accumulate`]: PMADDWD is SMLAD without the sum.
+    #[inline]
+    pub fn multiply_accumulate(sums: &mut [i32; 4], weights: u32, words: &[u32; 4]) {
+        // SAFETY: SSE2 is part of x86_64; the unaligned loads and the store cover exactly the
+        // sixteen bytes of the arrays.
+        unsafe {
+            let words = _mm_loadu_si128(words.as_ptr().cast::<__m128i>());
+            let products = _mm_madd_epi16(words, _mm_set1_epi32(weights as i32));
+            let sum = _mm_loadu_si128(sums.as_ptr().cast::<__m128i>());
+            let target = sums.as_mut_ptr().cast::<__m128i>();
+            _mm_storeu_si128(target, _mm_add_epi32(sum, products));
+        }
+    }
+}
+
+#[cfg(any(test, not(all(target_arch = "arm", target_feature = "dsp"))))]
+mod portable {
+    #[inline]
+    pub fn sign_extend_even_bytes(codes: u32) -> u32 {
+        let low = i16::from(codes as u8 as i8) as u16;
+        let high = i16::from((codes >> 16) as u8 as i8) as u16;
+        u32::from(low) | u32::from(high) << 16
+    }
+
+    #[inline]
+    pub fn multiply_accumulate(sums: &mut [i32], weights: u32, words: &[u32]) {
+        let low = i32::from(weights as u16 as i16);
+        let high = i32::from((weights >> 16) as u16 as i16);
+        for (sum, &word) in sums.iter_mut().zip(words) {
+            let products =
+                low * i32::from(word as u16 as i16) + high * i32::from((word >> 16) as u16 as i16);
+            *sum = sum.wrapping_add(products);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gaussian::standard_normal;
+    use crate::rng::seeded;
+    use rand_core::Rng;
+
+    #[test]
+    fn instructions_equal_their_portable_twins() {
+        let mut rng = seeded(1);
+        for _ in 0..10_000 {
+            let weights = rng.next_u32();
+            let words: [u32; 7] = core::array::from_fn(|_| rng.next_u32());
+            let start: [i32; 7] = core::array::from_fn(|_| rng.next_u32() as i32 >> 2);
+            // -32768 squared twice overflows SMLAD and PMADDWD alike; activations never reach it.
+            let words = words.map(|w| {
+                if w & 0xFFFF == 0x8000 || w >> 16 == 0x8000 {
+                    1
+                } else {
+                    w
+                }
+            });
+            let (mut fast, mut naive) = (start, start);
+            multiply_accumulate(&mut fast, weights, &words);
+            portable::multiply_accumulate(&mut naive, weights, &words);
+            assert_eq!(fast, naive);
+            assert_eq!(
+                sign_extend_even_bytes(weights),
+                portable::sign_extend_even_bytes(weights)
+            );
+        }
+    }
+
+    /// Naive f64 sums over the unquantised activations.
+    #[test]
+    fn dot_products_agree_with_naive_f64() {
+        let mut rng = seeded(2);
+        for inputs in [1, 4, 13, 50, 64] {
+            let activations: [[f32; 4]; WIDTH_MAX] =
+                core::array::from_fn(|_| core::array::from_fn(|_| 3.0 * standard_normal(&mut rng)));
+            let activations = &activations[..inputs];
+            let mut row = [0_u8; WIDTH_MAX];
+            let mut codes = [0_u8; WIDTH_MAX];
+            for i in 0..inputs {
+                row[i] = rng.next_u32() as u8;
+                codes[i] = 200 + (rng.next_u32() % 56) as u8;
+            }
+            let stride = inputs.next_multiple_of(4);
+            let mut packed = Packed::<4>::new();
+            packed.pack(activations);
+            let means = packed.dot_means(&row[..stride]);
+            let variances = packed.dot_variances(&codes[..stride]);
+            for lane in 0..4 {
+                let (mut mean, mut mean_size, mut variance) = (0.0, 0.0, 0.0);
+                for i in 0..inputs {
+                    let x = f64::from(activations[i][lane]);
+                    mean += f64::from(row[i] as i8) * x;
+                    mean_size += f64::from((row[i] as i8).unsigned_abs()) * x.abs();
+                    variance += libm::exp2((f64::from(codes[i]) - 255.0) / 8.0) * x * x;
+                }
+                // 16-bit activations: half a step of 1/32767 of the largest, at most its share.
+                assert!((f64::from(means[lane]) - mean).abs() < 2e-4 * (1.0 + mean_size));
+                // 12-bit squares and 13-bit variances.
+                assert!((f64::from(variances[lane]) / variance - 1.0).abs() < 0.01);
+            }
+        }
+    }
+
+    #[test]
+    fn lanes_do_not_mix() {
+        let mut rng = seeded(4);
+        let wide: [[f32; 4]; 16] =
+            core::array::from_fn(|_| core::array::from_fn(|_| standard_normal(&mut rng)));
+        let row: [u8; 16] = core::array::from_fn(|_| rng.next_u32() as u8);
+        let mut packed = Packed::<4>::new();
+        packed.pack(&wide);
+        let together = (packed.dot_means(&row), packed.dot_variances(&row));
+        for lane in 0..4 {
+            let mut single = Packed::<1>::new();
+            single.pack(&wide.map(|x| [x[lane]]));
+            assert_eq!(together.0[lane], single.dot_means(&row)[0]);
+            assert_eq!(together.1[lane], single.dot_variances(&row)[0]);
+        }
+    }
+
+    #[test]
+    fn what_is_not_finite_does_not_come_out_as_a_number() {
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            let mut packed = Packed::<1>::new();
+            packed.pack(&[[1.0], [bad], [0.5]]);
+            assert!(!packed.dot_means(&[1, 1, 1, 0])[0].is_finite());
+        }
+    }
+
+    #[test]
+    fn zero_activations_give_zero() {
+        let mut packed = Packed::<2>::new();
+        packed.pack(&[[0.0, 1.0]; 5]);
+        assert_eq!(packed.dot_means(&[127; 8])[0], 0.0);
+        assert_eq!(packed.dot_variances(&[255; 8])[0], 0.0);
+    }
+}

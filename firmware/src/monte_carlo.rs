@@ -1,0 +1,146 @@
+//! Mean and covariance of a network's outputs over Monte Carlo passes.
+
+use crate::network::{LANES, Network, Scratch};
+use rand_core::Rng;
+
+/// Sample mean and full sample covariance of `N` network outputs, not yet scaled back.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moments<const N: usize> {
+    /// Sample mean.
+    pub mean: [f32; N],
+    /// Sample covariance with the divisor `passes - 1`; zero for a single pass.
+    pub covariance: [[f32; N]; N],
+}
+
+/// How the passes draw from the weight posterior.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sampling {
+    /// Local reparameterisation: the pre-activations are drawn.
+    Activations,
+    /// Every weight is drawn; some hundred times slower, for verification.
+    Weights,
+}
+
+/// Runs `passes` Monte Carlo passes of a network with `N` outputs for normalised `inputs`.
+pub fn moments<const N: usize>(
+    network: &Network<'_>,
+    inputs: &[f32],
+    passes: u16,
+    sampling: Sampling,
+    rng: &mut impl Rng,
+    scratch: &mut Scratch,
+) -> Moments<N> {
+    let mut sums = Sums::<N>::default();
+    match sampling {
+        Sampling::Activations => {
+            network.prepare(inputs, scratch);
+            let mut left = usize::from(passes);
+            while left > 0 {
+                let outputs = network.sampled_passes(scratch, rng);
+                for lane in 0..left.min(LANES) {
+                    sums.add(core::array::from_fn(|i| outputs[i][lane]));
+                }
+                left = left.saturating_sub(LANES);
+            }
+        }
+        Sampling::Weights => {
+            for _ in 0..passes {
+                let mut outputs = [0.0; N];
+                network.weight_sampled_pass(inputs, rng, &mut outputs);
+                sums.add(outputs);
+            }
+        }
+    }
+    sums.moments()
+}
+
+/// Sums of differences from the first sample, which keeps f32 exact enough: the spread of the
+/// passes is small beside their mean.
+struct Sums<const N: usize> {
+    count: u16,
+    origin: [f32; N],
+    first: [f32; N],
+    second: [[f32; N]; N],
+}
+
+impl<const N: usize> Default for Sums<N> {
+    fn default() -> Self {
+        Self {
+            count: 0,
+            origin: [0.0; N],
+            first: [0.0; N],
+            second: [[0.0; N]; N],
+        }
+    }
+}
+
+impl<const N: usize> Sums<N> {
+    fn add(&mut self, sample: [f32; N]) {
+        if self.count == 0 {
+            self.origin = sample;
+        }
+        self.count += 1;
+        for i in 0..N {
+            let difference = sample[i] - self.origin[i];
+            self.first[i] += difference;
+            for j in 0..=i {
+                self.second[i][j] += difference * (sample[j] - self.origin[j]);
+            }
+        }
+    }
+
+    fn moments(&self) -> Moments<N> {
+        let count = f32::from(self.count);
+        let degrees = f32::from(self.count.max(2) - 1);
+        let mut moments = Moments {
+            mean: [0.0; N],
+            covariance: [[0.0; N]; N],
+        };
+        for i in 0..N {
+            moments.mean[i] = self.origin[i] + self.first[i] / count;
+            for j in 0..=i {
+                let covariance =
+                    (self.second[i][j] - self.first[i] * self.first[j] / count) / degrees;
+                moments.covariance[i][j] = covariance;
+                moments.covariance[j][i] = covariance;
+            }
+        }
+        moments
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_equal_the_textbook_formula() {
+        let samples = [[1.0, 2.0], [2.0, 0.0], [4.0, 1.0], [1.0, 5.0]];
+        let mut sums = Sums::<2>::default();
+        for sample in samples {
+            sums.add(sample);
+        }
+        let moments = sums.moments();
+        assert_eq!(moments.mean, [2.0, 2.0]);
+        // Deviations (-1,0) (0,-2) (2,-1) (-1,3): products sum to 6, -5, 14; divided by 3.
+        let expected = [[2.0, -5.0 / 3.0], [-5.0 / 3.0, 14.0 / 3.0]];
+        for i in 0..2 {
+            for j in 0..2 {
+                assert!((moments.covariance[i][j] - expected[i][j]).abs() < 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn a_single_pass_has_no_covariance() {
+        let mut sums = Sums::<1>::default();
+        sums.add([3.0]);
+        assert_eq!(
+            sums.moments(),
+            Moments {
+                mean: [3.0],
+                covariance: [[0.0]]
+            }
+        );
+    }
+}
