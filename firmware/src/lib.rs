@@ -11,6 +11,9 @@
 //! What this is not: no attitude estimation, no multi-target association, no networking.
 #![no_std]
 
+#[cfg(test)]
+extern crate std;
+
 pub mod activation;
 pub mod blob;
 mod coast;
