@@ -159,6 +159,21 @@ impl Flight {
         }
     }
 
+    /// Median time between neighbouring samples, seconds; 0 for fewer than two samples.
+    #[must_use]
+    pub fn median_step_s(&self) -> f64 {
+        let mut steps_s: Vec<f64> = self
+            .samples
+            .windows(2)
+            .map(|pair| pair[1].time_s - pair[0].time_s)
+            .collect();
+        if steps_s.is_empty() {
+            return 0.0;
+        }
+        let middle = steps_s.len() / 2;
+        *steps_s.select_nth_unstable_by(middle, f64::total_cmp).1
+    }
+
     /// The same flight seen by a radar at `radar_m` instead of the origin (axes stay parallel).
     #[must_use]
     pub fn seen_from(&self, radar_m: [f64; 3]) -> Self {

@@ -156,7 +156,7 @@ fn parse(mut input: impl BufRead, name: &str) -> Result<Flight, Located> {
         let line = error.index().map(|index| lines[index]);
         (line, FlightFileCause::Track(error))
     })?;
-    let median_s = median_step_s(&flight);
+    let median_s = flight.median_step_s();
     if median_s > MEDIAN_STEP_S_MAX {
         return Err((None, FlightFileCause::StepTooLong { median_s }));
     }
@@ -194,17 +194,6 @@ fn parse_row(line: &str, columns: &[usize; 4]) -> Result<[f64; 4], FlightFileCau
         })?;
     }
     Ok(row)
-}
-
-/// Median time between neighbouring samples, seconds; a flight has at least two intervals.
-fn median_step_s(flight: &Flight) -> f64 {
-    let mut steps_s: Vec<f64> = flight
-        .samples
-        .windows(2)
-        .map(|pair| pair[1].time_s - pair[0].time_s)
-        .collect();
-    let middle = steps_s.len() / 2;
-    *steps_s.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 #[cfg(test)]
