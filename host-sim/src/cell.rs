@@ -1,8 +1,25 @@
 //! One cell of the table: every scored step of one method at one noise level and one rate.
 
+use bnkf_model_export::gaps::SamplingRate;
+use bnkf_model_export::noise::NoiseLevel;
 use serde::Serialize;
 
+use crate::method::Method;
 use crate::metrics::StepScore;
+
+/// A cell with its place in the table.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Cell {
+    /// Row.
+    pub method: Method,
+    /// Noise level of the readings.
+    pub noise: NoiseLevel,
+    /// Part of the samples that were measured.
+    pub rate: SamplingRate,
+    /// What was measured.
+    #[serde(flatten)]
+    pub metrics: CellMetrics,
+}
 
 /// A scored step and how it came about.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,0 +1,81 @@
+//! Colour and marker of every method: distinct for colour-blind readers (Okabe and Ito's palette)
+//! and, by the marker, in grey print.
+
+use crate::method::Method;
+use crate::plot::svg::{Stroke, Svg};
+
+/// How a method looks in every figure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Look {
+    /// CSS colour.
+    pub colour: &'static str,
+    /// Marker.
+    pub marker: Marker,
+}
+
+/// Shape of a marker.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Marker {
+    /// Disc.
+    Circle,
+    /// Upright square.
+    Square,
+    /// Square on its corner.
+    Diamond,
+    /// Point up.
+    TriangleUp,
+    /// Point down.
+    TriangleDown,
+}
+
+/// The look of `method`.
+pub const fn look(method: Method) -> Look {
+    let (colour, marker) = match method {
+        Method::Ekf => ("#0072b2", Marker::Circle),
+        Method::Ukf => ("#56b4e9", Marker::Square),
+        Method::Bnn => ("#e69f00", Marker::TriangleDown),
+        Method::Bnkf => ("#d55e00", Marker::Diamond),
+        Method::Bnkfe => ("#cc79a7", Marker::TriangleUp),
+    };
+    Look { colour, marker }
+}
+
+impl Marker {
+    /// Draws the marker with a white rim at `(x, y)`; all shapes cover about the same area.
+    pub fn draw(self, svg: &mut Svg, (x, y): (f64, f64), radius: f64, colour: &str) {
+        let outline: &[(f64, f64)] = match self {
+            Self::Circle => {
+                svg.circle((x, y), radius + 1.0, "#ffffff");
+                svg.circle((x, y), radius, colour);
+                return;
+            }
+            Self::Square => &[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)],
+            Self::Diamond => &[(0.0, -1.25), (1.25, 0.0), (0.0, 1.25), (-1.25, 0.0)],
+            Self::TriangleUp => &[(0.0, -1.25), (1.15, 0.85), (-1.15, 0.85)],
+            Self::TriangleDown => &[(0.0, 1.25), (1.15, -0.85), (-1.15, -0.85)],
+        };
+        let mut corners: Vec<_> = outline
+            .iter()
+            .map(|(dx, dy)| (x + radius * dx, y + radius * dy))
+            .collect();
+        svg.polygon(&corners, colour, 1.0);
+        corners.push(corners[0]);
+        svg.polyline(&corners, Stroke::solid("#ffffff", 1.0));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::look;
+    use crate::method::Method;
+
+    #[test]
+    fn no_two_methods_look_alike() {
+        for (index, one) in Method::PAPER.into_iter().enumerate() {
+            for other in Method::PAPER.into_iter().skip(index + 1) {
+                assert_ne!(look(one).colour, look(other).colour);
+                assert_ne!(look(one).marker, look(other).marker);
+            }
+        }
+    }
+}

@@ -1,0 +1,314 @@
+//! A picture as SVG text. Coordinates are CSS pixels, x to the right, y down.
+
+use std::fmt::Write as _;
+
+/// A rectangle, pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rect {
+    /// Left edge.
+    pub x: f64,
+    /// Upper edge.
+    pub y: f64,
+    /// Width.
+    pub width: f64,
+    /// Height.
+    pub height: f64,
+}
+
+/// How a line is drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct Stroke<'a> {
+    /// CSS colour.
+    pub colour: &'a str,
+    /// Width, pixels.
+    pub width: f64,
+    /// Lengths of dash and blank, pixels; empty for a solid line.
+    pub dash: &'a str,
+}
+
+impl<'a> Stroke<'a> {
+    /// A solid line.
+    pub const fn solid(colour: &'a str, width: f64) -> Self {
+        Self {
+            colour,
+            width,
+            dash: "",
+        }
+    }
+}
+
+/// Which point of a text lies at its position.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Anchor {
+    /// Its left end.
+    Start,
+    /// Its middle.
+    Middle,
+    /// Its right end.
+    End,
+}
+
+/// How a text is set. The vertical position is its middle.
+#[derive(Clone, Copy, Debug)]
+pub struct Lettering {
+    /// Font size, pixels.
+    pub size: f64,
+    /// CSS colour.
+    pub colour: &'static str,
+    /// Horizontal reference.
+    pub anchor: Anchor,
+    /// Heavier weight.
+    pub bold: bool,
+    /// Turned to read from bottom to top.
+    pub upright: bool,
+}
+
+/// Text that starts at its position, in the ink colour.
+pub const fn lettering(size: f64) -> Lettering {
+    Lettering {
+        size,
+        colour: INK,
+        anchor: Anchor::Start,
+        bold: false,
+        upright: false,
+    }
+}
+
+/// Colour of text and truth.
+pub const INK: &str = "#1a1a1a";
+/// Colour of axes and secondary text.
+pub const FAINT_INK: &str = "#5f6368";
+/// Colour of grid lines.
+pub const GRID: &str = "#e3e5e8";
+
+/// A picture under construction.
+#[derive(Debug)]
+pub struct Svg {
+    width: f64,
+    height: f64,
+    body: String,
+    clips: usize,
+}
+
+impl Svg {
+    /// An empty white picture; `title` is what a screen reader says.
+    pub fn new(width: f64, height: f64, title: &str) -> Self {
+        let mut svg = Self {
+            width,
+            height,
+            body: String::new(),
+            clips: 0,
+        };
+        svg.push(format_args!("<title>{}</title>", escaped(title)));
+        let page = Rect {
+            x: 0.0,
+            y: 0.0,
+            width,
+            height,
+        };
+        svg.rect(page, "#ffffff", 1.0);
+        svg
+    }
+
+    /// The finished document. `id` keeps clip paths apart when several pictures share a page.
+    pub fn finish(self, id: &str) -> String {
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" height=\"{h}\" \
+             role=\"img\" font-family=\"Helvetica, Arial, 'DejaVu Sans', sans-serif\">\n{body}</svg>\n",
+            w = Number(self.width),
+            h = Number(self.height),
+            body = self.body.replace("CLIP-", &format!("{id}-clip-")),
+        )
+    }
+
+    fn push(&mut self, element: std::fmt::Arguments<'_>) {
+        // Writing to a String cannot fail.
+        self.body.write_fmt(element).expect("a String grows");
+        self.body.push('\n');
+    }
+
+    /// A filled rectangle without border.
+    pub fn rect(&mut self, rect: Rect, fill: &str, opacity: f64) {
+        let Rect {
+            x,
+            y,
+            width,
+            height,
+        } = rect;
+        self.push(format_args!(
+            "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"{fill}\" fill-opacity=\"{}\"/>",
+            Number(x), Number(y), Number(width), Number(height), Number(opacity)
+        ));
+    }
+
+    /// A polyline. It breaks where a point is not finite.
+    pub fn polyline(&mut self, points: &[(f64, f64)], stroke: Stroke<'_>) {
+        for part in points.split(|(x, y)| !(x.is_finite() && y.is_finite())) {
+            if part.len() < 2 {
+                continue;
+            }
+            let dash = if stroke.dash.is_empty() {
+                String::new()
+            } else {
+                format!(" stroke-dasharray=\"{}\"", stroke.dash)
+            };
+            self.push(format_args!(
+                "<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" \
+                 stroke-linejoin=\"round\" stroke-linecap=\"round\"{dash}/>",
+                coordinates(part),
+                stroke.colour,
+                Number(stroke.width)
+            ));
+        }
+    }
+
+    /// A filled polygon without border; its points must be finite.
+    pub fn polygon(&mut self, points: &[(f64, f64)], fill: &str, opacity: f64) {
+        self.push(format_args!(
+            "<polygon points=\"{}\" fill=\"{fill}\" fill-opacity=\"{}\"/>",
+            coordinates(points),
+            Number(opacity)
+        ));
+    }
+
+    /// A filled circle without border.
+    pub fn circle(&mut self, (x, y): (f64, f64), radius: f64, fill: &str) {
+        self.push(format_args!(
+            "<circle cx=\"{}\" cy=\"{}\" r=\"{}\" fill=\"{fill}\"/>",
+            Number(x),
+            Number(y),
+            Number(radius)
+        ));
+    }
+
+    /// A line of text.
+    pub fn text(&mut self, (x, y): (f64, f64), text: &str, lettering: Lettering) {
+        let Lettering {
+            size,
+            colour,
+            anchor,
+            bold,
+            upright,
+        } = lettering;
+        let anchor = match anchor {
+            Anchor::Start => "start",
+            Anchor::Middle => "middle",
+            Anchor::End => "end",
+        };
+        let weight = if bold { " font-weight=\"600\"" } else { "" };
+        let turn = if upright {
+            format!(" transform=\"rotate(-90 {} {})\"", Number(x), Number(y))
+        } else {
+            String::new()
+        };
+        self.push(format_args!(
+            "<text x=\"{}\" y=\"{}\" dy=\"0.35em\" font-size=\"{}\" fill=\"{colour}\" \
+             text-anchor=\"{anchor}\"{weight}{turn}>{}</text>",
+            Number(x),
+            Number(y),
+            Number(size),
+            escaped(text)
+        ));
+    }
+
+    /// Draws with everything outside `rect` cut off.
+    pub fn clipped(&mut self, rect: Rect, draw: impl FnOnce(&mut Self)) {
+        let number = self.clips;
+        self.clips += 1;
+        let Rect {
+            x,
+            y,
+            width,
+            height,
+        } = rect;
+        self.push(format_args!(
+            "<clipPath id=\"CLIP-{number}\"><rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/></clipPath>\n\
+             <g clip-path=\"url(#CLIP-{number})\">",
+            Number(x), Number(y), Number(width), Number(height)
+        ));
+        draw(self);
+        self.push(format_args!("</g>"));
+    }
+
+    /// Draws with a tooltip that names what is under the pointer.
+    pub fn titled(&mut self, title: &str, draw: impl FnOnce(&mut Self)) {
+        self.push(format_args!("<g><title>{}</title>", escaped(title)));
+        draw(self);
+        self.push(format_args!("</g>"));
+    }
+}
+
+/// A number with two decimals at most: a hundredth of a pixel is below what any screen shows.
+struct Number(f64);
+
+impl std::fmt::Display for Number {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let text = format!("{:.2}", self.0);
+        let text = text.trim_end_matches('0').trim_end_matches('.');
+        f.write_str(if text == "-0" { "0" } else { text })
+    }
+}
+
+fn coordinates(points: &[(f64, f64)]) -> String {
+    let pairs: Vec<_> = points
+        .iter()
+        .map(|(x, y)| format!("{},{}", Number(*x), Number(*y)))
+        .collect();
+    pairs.join(" ")
+}
+
+/// Text with XML's special characters replaced.
+pub fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{INK, Rect, Stroke, Svg, lettering};
+
+    #[test]
+    fn text_is_escaped() {
+        let mut svg = Svg::new(100.0, 50.0, "a < b");
+        svg.text((1.0, 2.0), "P & \"Q\" > R", lettering(12.0));
+        let text = svg.finish("t");
+        assert!(text.contains("<title>a &lt; b</title>"));
+        assert!(text.contains(">P &amp; &quot;Q&quot; &gt; R</text>"));
+    }
+
+    #[test]
+    fn a_line_breaks_where_it_has_no_value() {
+        let mut svg = Svg::new(10.0, 10.0, "");
+        let points = [
+            (0.0, 0.0),
+            (1.0, 0.5),
+            (2.0, f64::NAN),
+            (3.0, 1.0),
+            (4.0, 1.126),
+        ];
+        svg.polyline(&points, Stroke::solid(INK, 1.0));
+        let text = svg.finish("t");
+        assert!(text.contains("points=\"0,0 1,0.5\""));
+        assert!(text.contains("points=\"3,1 4,1.13\""));
+        assert!(!text.contains("NaN"));
+    }
+
+    #[test]
+    fn clip_paths_of_two_pictures_do_not_share_names() {
+        let picture = |id| {
+            let mut svg = Svg::new(10.0, 10.0, "");
+            let rect = Rect {
+                x: 0.0,
+                y: 0.0,
+                width: 5.0,
+                height: 5.0,
+            };
+            svg.clipped(rect, |svg| svg.circle((1.0, 1.0), 1.0, INK));
+            svg.finish(id)
+        };
+        assert!(picture("a").contains("id=\"a-clip-0\""));
+        assert!(picture("b").contains("url(#b-clip-0)"));
+    }
+}

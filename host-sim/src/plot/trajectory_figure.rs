@@ -1,0 +1,369 @@
+//! Example flights: the tracks from above, and every method's error beside what it claimed.
+
+use bnkf_model_export::flight::Flight;
+use bnkf_model_export::gaps::SamplingRate;
+use bnkf_model_export::noise::NoiseLevel;
+use bnkf_model_export::reading::Reading;
+use nalgebra::{Matrix3, Vector3};
+
+use crate::chi_square;
+use crate::method::Method;
+use crate::plot::legend::{self, Mark};
+use crate::plot::palette::look;
+use crate::plot::panel::Panel;
+use crate::plot::scale::Scale;
+use crate::plot::svg::{Anchor, FAINT_INK, INK, Lettering, Rect, Stroke, Svg, lettering};
+use crate::track::{TrackStep, position_of};
+
+/// One flight at one noise level, and what every method made of it.
+#[derive(Clone, Debug)]
+pub struct Example<'a> {
+    /// The truth.
+    pub flight: &'a Flight,
+    /// Noise level of the readings.
+    pub noise: NoiseLevel,
+    /// Part of the samples that were measured.
+    pub rate: SamplingRate,
+    /// One entry per sample.
+    pub readings: Vec<Option<Reading>>,
+    /// Every method's steps, from the second sample on.
+    pub tracks: Vec<(Method, Vec<TrackStep>)>,
+}
+
+const LEFT: f64 = 66.0;
+const VIEW: f64 = 270.0;
+const VIEW_GAP: f64 = 84.0;
+const PANEL_WIDTH: f64 = 178.0;
+const PANEL_GAP: f64 = 16.0;
+const RIGHT: f64 = 24.0;
+const HEADER: f64 = 122.0;
+const ROW_GAP: f64 = 82.0;
+const FOOTER: f64 = 48.0;
+const GAP_COLOUR: &str = "#eceff2";
+const READING_COLOUR: &str = "#9aa0a6";
+const TRUTH: Stroke<'static> = Stroke::solid(INK, 2.4);
+/// Part of the errors that lie in the band if a method's covariance is right.
+const BAND: (f64, f64) = (0.05, 0.95);
+
+/// The figure: one row per example.
+pub fn draw(examples: &[Example<'_>]) -> String {
+    let methods = examples.first().map_or(0, |example| example.tracks.len());
+    let panels = methods as f64 * (PANEL_WIDTH + PANEL_GAP) - PANEL_GAP;
+    let width = (LEFT + VIEW + VIEW_GAP + panels + RIGHT).max(900.0);
+    let height = HEADER + examples.len() as f64 * (VIEW + ROW_GAP) - ROW_GAP + FOOTER;
+    let mut svg = Svg::new(
+        width,
+        height,
+        "Example flights with the track and the error of every method",
+    );
+    draw_header(&mut svg, examples);
+    for (row, example) in examples.iter().enumerate() {
+        let top = HEADER + row as f64 * (VIEW + ROW_GAP);
+        draw_view(&mut svg, example, top);
+        draw_errors(&mut svg, example, top);
+    }
+    svg.finish("trajectory")
+}
+
+fn draw_header(svg: &mut Svg, examples: &[Example<'_>]) {
+    let title = "Example flights, seen from above, and the error over time";
+    svg.text(
+        (LEFT, 28.0),
+        title,
+        Lettering {
+            bold: true,
+            ..lettering(18.0)
+        },
+    );
+    let mut entries = vec![
+        (Mark::Line(TRUTH), "truth"),
+        (Mark::Dot(READING_COLOUR), "radar readings"),
+    ];
+    let tracks = examples.first().map_or(&[][..], |example| &example.tracks);
+    for (method, _) in tracks {
+        entries.push((
+            Mark::Line(Stroke::solid(look(*method).colour, 2.0)),
+            method.label(),
+        ));
+    }
+    entries.push((
+        Mark::Patch(READING_COLOUR, 0.4),
+        "where 90% of the errors belong by the method's own covariance",
+    ));
+    entries.push((Mark::Patch(GAP_COLOUR, 1.0), "gap: no readings"));
+    legend::draw(svg, (LEFT, 62.0), &entries);
+}
+
+/// The track from above, with equal scales on both axes.
+fn draw_view(svg: &mut Svg, example: &Example<'_>, top: f64) {
+    let samples = &example.flight.samples;
+    let span = |axis: usize| {
+        let values = samples.iter().map(|sample| sample.position_m[axis]);
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+            (low.min(v), high.max(v))
+        })
+    };
+    let (x, y) = (span(0), span(1));
+    let half_m = (0.5 * (x.1 - x.0).max(y.1 - y.0) * 1.45).max(4.0);
+    let around = |(low, high): (f64, f64)| {
+        Scale::linear(0.5 * (low + high) - half_m, 0.5 * (low + high) + half_m)
+    };
+    let panel = Panel {
+        frame: Rect {
+            x: LEFT,
+            y: top,
+            width: VIEW,
+            height: VIEW,
+        },
+        x: around(x),
+        y: around(y),
+    };
+    panel.y_grid(svg, true);
+    panel.x_grid(svg, 5);
+    panel.title(
+        svg,
+        &format!(
+            "{} noise, sampling rate {}",
+            capital(example.noise),
+            example.rate
+        ),
+    );
+    panel.x_name(svg, "x (east), m");
+    panel.y_name(svg, "y (north), m", 46.0);
+
+    let readings: Vec<Vector3<f64>> = example.readings.iter().flatten().map(position_of).collect();
+    let (inside, outside): (Vec<Vector3<f64>>, Vec<Vector3<f64>>) =
+        readings.iter().copied().partition(|at| {
+            let within = |scale: Scale, value: f64| (0.0..=1.0).contains(&scale.fraction(value));
+            within(panel.x, at.x) && within(panel.y, at.y)
+        });
+    for at in inside {
+        svg.circle(panel.at(at.x, at.y), 1.7, READING_COLOUR);
+    }
+    for (method, steps) in &example.tracks {
+        let line: Vec<_> = steps
+            .iter()
+            .map(|step| (step.position_m.x, step.position_m.y))
+            .collect();
+        panel.line(svg, &line, Stroke::solid(look(*method).colour, 1.2));
+    }
+    let truth: Vec<_> = samples
+        .iter()
+        .map(|s| (s.position_m[0], s.position_m[1]))
+        .collect();
+    panel.line(svg, &truth, TRUTH);
+    panel.axes(svg);
+    if !outside.is_empty() {
+        let text = format!(
+            "{} of {} readings lie outside",
+            outside.len(),
+            readings.len()
+        );
+        let label = Rect {
+            x: LEFT + VIEW - 178.0,
+            y: top + 1.0,
+            width: 178.0,
+            height: 17.0,
+        };
+        svg.rect(label, "#ffffff", 0.85);
+        let note = Lettering {
+            anchor: Anchor::End,
+            colour: FAINT_INK,
+            ..lettering(11.0)
+        };
+        svg.text((LEFT + VIEW - 4.0, top + 9.5), &text, note);
+    }
+}
+
+/// One panel per method: error, band and gaps over time, on one scale per flight.
+fn draw_errors(svg: &mut Svg, example: &Example<'_>, top: f64) {
+    let steps = || example.tracks.iter().flat_map(|(_, steps)| steps);
+    let highest = steps()
+        .map(|step| step.scored.score.error_m)
+        .fold(0.0, f64::max);
+    let mut errors: Vec<_> = steps().map(|step| step.scored.score.error_m).collect();
+    errors.sort_unstable_by(f64::total_cmp);
+    // A few lucky steps near zero would stretch a logarithmic axis over empty decades.
+    let lowest = errors.get(errors.len() / 50).copied().unwrap_or(0.1);
+    let y = Scale::logarithmic_over([lowest, highest].into_iter());
+    let x = Scale::linear(0.0, example.flight.duration_s());
+    for (index, (method, steps)) in example.tracks.iter().enumerate() {
+        let left = LEFT + VIEW + VIEW_GAP + index as f64 * (PANEL_WIDTH + PANEL_GAP);
+        let panel = Panel {
+            frame: Rect {
+                x: left,
+                y: top,
+                width: PANEL_WIDTH,
+                height: VIEW,
+            },
+            x,
+            y,
+        };
+        for (low, high) in gaps_s(steps) {
+            panel.stripe(svg, low, high, GAP_COLOUR);
+        }
+        panel.y_grid(svg, index == 0);
+        panel.x_grid(svg, 4);
+        if index == 0 {
+            panel.y_name(svg, "distance to the truth, m", 48.0);
+        }
+        panel.x_name(svg, "time, s");
+        let mean_m = steps
+            .iter()
+            .map(|step| step.scored.score.error_m)
+            .sum::<f64>()
+            / steps.len() as f64;
+        panel.title(svg, &format!("{method}: mean {}", metres(mean_m)));
+        let band: Vec<_> = steps
+            .iter()
+            .map(|step| {
+                let (low, high) = claimed_errors_m(&step.covariance_m2);
+                (step.time_s, low, high)
+            })
+            .collect();
+        panel.band(svg, &band, look(*method));
+        let line: Vec<_> = steps
+            .iter()
+            .map(|step| (step.time_s, step.scored.score.error_m))
+            .collect();
+        panel.line(svg, &line, Stroke::solid(look(*method).colour, 1.5));
+        panel.axes(svg);
+    }
+}
+
+/// Where the length of a zero-mean Gaussian error with this covariance lies nine times of ten, m.
+///
+/// Its square is approximated by a scaled chi-square with the same mean and variance
+/// (Satterthwaite): `g chi2_h`, `g = tr P^2 / tr P`, `h = (tr P)^2 / tr P^2`.
+fn claimed_errors_m(covariance_m2: &Matrix3<f64>) -> (f64, f64) {
+    let trace = covariance_m2.trace();
+    let square = (covariance_m2 * covariance_m2).trace();
+    let (scale, dof) = (square / trace, trace * trace / square);
+    let at = |probability| (scale * chi_square::quantile(probability, dof)).sqrt();
+    (at(BAND.0), at(BAND.1))
+}
+
+/// Stretches without readings, seconds, each reaching half a step beyond its samples.
+fn gaps_s(steps: &[TrackStep]) -> Vec<(f64, f64)> {
+    let mut gaps: Vec<(f64, f64)> = Vec::new();
+    for (index, step) in steps.iter().enumerate() {
+        if !step.in_gap {
+            continue;
+        }
+        let before = index
+            .checked_sub(1)
+            .map_or(step.time_s, |i| steps[i].time_s);
+        let after = steps.get(index + 1).map_or(step.time_s, |next| next.time_s);
+        let (low, high) = (0.5 * (before + step.time_s), 0.5 * (step.time_s + after));
+        match gaps.last_mut() {
+            Some(last) if last.1 >= low - 1e-9 => last.1 = high,
+            _ => gaps.push((low, high)),
+        }
+    }
+    gaps
+}
+
+fn capital(noise: NoiseLevel) -> String {
+    let name = noise.to_string();
+    name[..1].to_uppercase() + &name[1..]
+}
+
+/// Metres with two or three significant digits.
+fn metres(value: f64) -> String {
+    if value < 1.0 {
+        format!("{value:.2} m")
+    } else {
+        format!("{value:.1} m")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bnkf_model_export::flight::Flight;
+    use bnkf_model_export::gaps::SamplingRate;
+    use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
+    use bnkf_model_export::radar_sampling::{RadarSettings, sample_radar};
+    use nalgebra::{Matrix3, Vector3};
+
+    use super::{Example, claimed_errors_m, draw, gaps_s};
+    use crate::cell::ScoredStep;
+    use crate::method::Method;
+    use crate::metrics::StepScore;
+    use crate::track::TrackStep;
+
+    fn flight() -> Flight {
+        let row = |i: i32| {
+            let t = f64::from(i) * 0.1;
+            [t, 20.0 + 5.0 * t.cos(), 5.0 * t.sin(), 10.0]
+        };
+        Flight::from_track("circle", "circle", &(0..150).map(row).collect::<Vec<_>>()).unwrap()
+    }
+
+    /// An estimate half a metre east of the truth.
+    fn steps(flight: &Flight, seen: &[bool]) -> Vec<TrackStep> {
+        let step = |(sample, seen): (&bnkf_model_export::flight::Sample, &bool)| {
+            let truth_m = Vector3::from(sample.position_m);
+            let position_m = truth_m + Vector3::x() * 0.5;
+            let covariance_m2 = Matrix3::identity() * 0.1;
+            let score = StepScore::new(&position_m, &covariance_m2, &truth_m).unwrap();
+            TrackStep {
+                time_s: sample.time_s,
+                position_m,
+                covariance_m2,
+                nis: None,
+                scored: ScoredStep {
+                    score,
+                    diverged: false,
+                },
+                in_gap: !seen,
+            }
+        };
+        flight.samples.iter().zip(seen).skip(1).map(step).collect()
+    }
+
+    #[test]
+    fn every_method_has_a_panel_with_line_and_band() {
+        let flight = flight();
+        let settings =
+            RadarSettings::paper(NoiseLevel::High, NoiseTable::Radians, SamplingRate::HALF, 7);
+        let readings = sample_radar(&flight, &settings);
+        let seen: Vec<_> = readings.iter().map(Option::is_some).collect();
+        let tracks = Method::PAPER
+            .map(|method| (method, steps(&flight, &seen)))
+            .to_vec();
+        let example = Example {
+            flight: &flight,
+            noise: NoiseLevel::High,
+            rate: SamplingRate::HALF,
+            readings,
+            tracks,
+        };
+        let text = draw(&[example]);
+        for method in Method::PAPER {
+            assert!(text.contains(&format!("{method}: mean 0.50 m")), "{method}");
+        }
+        // One band a method; readings with 100 m noise mostly leave the view, and that is said.
+        assert_eq!(text.matches("fill-opacity=\"0.2\"").count(), 5);
+        assert!(text.contains("readings lie outside"));
+    }
+
+    #[test]
+    fn gaps_reach_half_a_step_beyond_their_samples() {
+        let flight = flight();
+        let mut seen = vec![true; 150];
+        seen[10..15].fill(false);
+        seen[149] = false;
+        let gaps = gaps_s(&steps(&flight, &seen));
+        assert_eq!(gaps.len(), 2);
+        assert!((gaps[0].0 - 0.95).abs() < 1e-9 && (gaps[0].1 - 1.45).abs() < 1e-9);
+        assert!((gaps[1].1 - 14.9).abs() < 1e-9);
+    }
+
+    /// With equal axes the approximation is exact: chi-square with three degrees of freedom.
+    #[test]
+    fn the_band_of_a_round_covariance_is_the_chi_distribution() {
+        let (low, high) = claimed_errors_m(&(Matrix3::identity() * 4.0));
+        assert!((low - 2.0 * 0.351_846_f64.sqrt()).abs() < 1e-5);
+        assert!((high - 2.0 * 7.814_728_f64.sqrt()).abs() < 1e-5);
+    }
+}
