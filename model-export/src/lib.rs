@@ -1,6 +1,7 @@
 //! Flights, radar sampling, training and export of variational Bayesian networks.
 
 pub mod atomic_file;
+pub mod data_hash;
 pub mod flight;
 pub mod flight_csv;
 pub mod flight_folder;
