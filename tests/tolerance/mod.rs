@@ -8,3 +8,23 @@
 /// condition of P (up to 1e7 at low noise). Measured 2e-12; the rest is left to other platforms'
 /// `sin` and `atan2`. The requirement is 1e-6 for the EKF and 1e-5 for the UKF.
 pub const FILTER_RELATIVE: f64 = 1e-9;
+
+/// Mean-weight outputs of the integer kernel against float64 PyTorch on the same codes, relative to
+/// the largest output. 16-bit activations err by 1.5e-5 of the largest a layer, the GELU table by
+/// 3e-5; three layers with gains near one. Measured 8.5e-5.
+pub const MEAN_WEIGHT_OUTPUT: f64 = 2e-4;
+
+/// Standard errors allowed between two Monte Carlo runs. Some 90 comparisons are made: a
+/// difference of 4.5 combined standard errors happens by chance once in 1,600 runs, and the seeds
+/// are fixed.
+pub const MONTE_CARLO_STANDARD_ERRORS: f64 = 4.5;
+
+/// Share of a covariance element that the quantised kernel may add beyond Monte Carlo error: 12-bit
+/// squares and 13-bit variances against exact ones, relative to the geometric mean of the two
+/// variances. Each rounding is below 1 in 4,095 of the largest square and 1 in 8,191 of the largest
+/// variance; too small to be seen beside the Monte Carlo error of 1e5 passes (4.5e-3).
+pub const QUANTISED_COVARIANCE: f64 = 5e-3;
+
+/// Shift of a Monte Carlo mean by the quantised kernel beyond Monte Carlo error, in predictive
+/// standard deviations: the kernel's 1e-4 of the output over a predictive sigma of 3 % of it.
+pub const QUANTISED_MEAN_SIGMAS: f64 = 3e-3;
