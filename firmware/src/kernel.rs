@@ -158,7 +158,7 @@ fn halves(low: u32, high: u32) -> u32 {
 /// Bytes 0 and 2 of `codes`, sign-extended into two halves.
 #[inline]
 fn sign_extend_even_bytes(codes: u32) -> u32 {
-    #[cfg(all(target_arch = "arm", target_feature = "dsp"))]
+    #[cfg(arm_dsp)]
     {
         let halves;
         // SAFETY: SXTB16 reads and writes registers only; the DSP extension is present by cfg.
@@ -168,14 +168,14 @@ fn sign_extend_even_bytes(codes: u32) -> u32 {
         }
         halves
     }
-    #[cfg(not(all(target_arch = "arm", target_feature = "dsp")))]
+    #[cfg(not(arm_dsp))]
     portable::sign_extend_even_bytes(codes)
 }
 
 /// Adds to each lane the products of the two halves of `weights` and of its word.
 #[inline]
 fn multiply_accumulate<const L: usize>(sums: &mut [i32; L], weights: u32, words: &[u32; L]) {
-    #[cfg(all(target_arch = "arm", target_feature = "dsp"))]
+    #[cfg(arm_dsp)]
     for (sum, word) in sums.iter_mut().zip(words) {
         // SAFETY: SMLAD reads and writes registers only (and the sticky Q flag, which nothing
         // here reads); the DSP extension is present by cfg.
@@ -193,27 +193,26 @@ fn multiply_accumulate<const L: usize>(sums: &mut [i32; L], weights: u32, words:
         }
         portable::multiply_accumulate(sums, weights, words);
     }
-    #[cfg(not(any(
-        target_arch = "x86_64",
-        all(target_arch = "arm", target_feature = "dsp")
-    )))]
+    #[cfg(not(any(target_arch = "x86_64", arm_dsp)))]
     portable::multiply_accumulate(sums, weights, words);
 }
 
 /// Square root, correctly rounded on every target.
 #[inline]
 pub fn sqrt(x: f32) -> f32 {
-    #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+    #[cfg(arm_vfp)]
     {
-        let root;
-        // SAFETY: VSQRT reads and writes registers only; a hard-float target has it.
+        let mut bits = x.to_bits();
+        // SAFETY: VMOV and VSQRT touch registers only, and S0 is put back: rustc takes no float
+        // registers as operands or clobbers on this target. The unit is present by cfg.
         unsafe {
-            core::arch::asm!("vsqrt.f32 {}, {}", out(sreg) root, in(sreg) x,
+            core::arch::asm!("vmov {kept}, s0", "vmov s0, {bits}", "vsqrt.f32 s0, s0",
+                "vmov {bits}, s0", "vmov s0, {kept}", kept = out(reg) _, bits = inout(reg) bits,
                 options(pure, nomem, nostack, preserves_flags));
         }
-        root
+        f32::from_bits(bits)
     }
-    #[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
+    #[cfg(not(arm_vfp))]
     libm::sqrtf(x)
 }
 
@@ -238,7 +237,7 @@ mod sse2 {
     }
 }
 
-#[cfg(any(test, not(all(target_arch = "arm", target_feature = "dsp"))))]
+#[cfg(any(test, not(arm_dsp)))]
 mod portable {
     #[inline]
     pub fn sign_extend_even_bytes(codes: u32) -> u32 {

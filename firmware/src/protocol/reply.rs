@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::{Estimate, Mode, StepError, TrackerError};
+
 /// Image to host, one for each [`Request`](crate::protocol::Request).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Reply {
@@ -37,8 +39,8 @@ pub struct EstimateFrame {
     pub position_m: [f32; 3],
     /// Covariance of the position, row by row, m^2.
     pub covariance_m2: [[f32; 3]; 3],
-    /// Normalised innovation squared; absent when nothing was corrected.
-    pub nis: Option<f32>,
+    /// Normalised innovation squared; zero when nothing was corrected.
+    pub nis: f32,
     /// What the tracker did.
     pub mode: ModeCode,
     /// Ticks of the board's free-running counter spent inside the tracker. In QEMU under
@@ -46,10 +48,42 @@ pub struct EstimateFrame {
     pub ticks: u32,
 }
 
+impl EstimateFrame {
+    /// An estimate and what it cost.
+    pub fn new(estimate: &Estimate, ticks: u32) -> Self {
+        Self {
+            time_us: estimate.time_us,
+            position_m: estimate.position_m,
+            covariance_m2: estimate.covariance_m2,
+            nis: estimate.nis,
+            mode: match estimate.mode {
+                Mode::Started => ModeCode::Started,
+                Mode::Tracking => ModeCode::Tracking,
+                Mode::Coasting => ModeCode::Coasting,
+            },
+            ticks,
+        }
+    }
+
+    /// Whether two estimates are the same to the last bit, whatever they cost. Unlike `==` this
+    /// tells 0 from -0, and a NaN is the same as itself.
+    pub fn same_bits(&self, other: &Self) -> bool {
+        let floats = |e: &Self| {
+            let mut bits = [0u32; 13];
+            let values = e.position_m.iter().chain(e.covariance_m2.as_flattened());
+            for (bit, value) in bits.iter_mut().zip(values.chain([&e.nis])) {
+                *bit = value.to_bits();
+            }
+            bits
+        };
+        self.time_us == other.time_us && self.mode == other.mode && floats(self) == floats(other)
+    }
+}
+
 /// The tracker's mode on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ModeCode {
-    /// First measurement of a track.
+    /// First measurement of a track, or the first after a long silence.
     Started,
     /// A measurement was used.
     Tracking,
@@ -81,12 +115,33 @@ pub enum RefusalCode {
     Settings,
     /// `Step` or `Coast` before the first accepted `Reset`.
     NotReset,
+    /// `Coast` before the first measurement of a track.
+    NotStarted,
     /// A measured value is not finite or a standard deviation not positive.
     Measurement,
     /// Time went back.
     Time,
     /// The arithmetic gave no usable estimate.
     Numerical,
+}
+
+impl From<TrackerError> for RefusalCode {
+    fn from(error: TrackerError) -> Self {
+        match error {
+            TrackerError::Passes(_) => Self::Settings,
+        }
+    }
+}
+
+impl From<StepError> for RefusalCode {
+    fn from(error: StepError) -> Self {
+        match error {
+            StepError::Measurement(_) => Self::Measurement,
+            StepError::TimeWentBack { .. } => Self::Time,
+            StepError::NotStarted => Self::NotStarted,
+            StepError::NetworkNotFinite | StepError::Correction(_) => Self::Numerical,
+        }
+    }
 }
 
 impl core::fmt::Display for RefusalCode {
@@ -96,6 +151,7 @@ impl core::fmt::Display for RefusalCode {
             Self::Blob => "the blob in flash failed its check",
             Self::Settings => "settings do not fit the blob",
             Self::NotReset => "no track was started",
+            Self::NotStarted => "nothing was measured yet",
             Self::Measurement => "the measurement cannot be used",
             Self::Time => "time went back",
             Self::Numerical => "no usable estimate came out",
@@ -122,7 +178,7 @@ mod tests {
                 time_us: u64::MAX,
                 position_m: row(1.5),
                 covariance_m2: [row(2.5), row(3.5), row(4.5)],
-                nis: Some(-0.0),
+                nis: -0.0,
                 mode: ModeCode::Coasting,
                 ticks: u32::MAX,
             }),
@@ -134,6 +190,29 @@ mod tests {
             }),
             Reply::Refused(RefusalCode::Numerical),
         ]
+    }
+
+    #[test]
+    fn same_bits_sees_every_float_but_not_the_cost() {
+        let Reply::Estimate(base) = widest()[2] else {
+            panic!("no estimate")
+        };
+        let mut dearer = base;
+        dearer.ticks = 1;
+        assert!(base.same_bits(&dearer));
+        for float in 0..13 {
+            let mut other = base;
+            let value = match float {
+                0..3 => &mut other.position_m[float],
+                3..12 => &mut other.covariance_m2[(float - 3) / 3][float % 3],
+                _ => &mut other.nis,
+            };
+            *value = f32::from_bits(value.to_bits() ^ 1);
+            assert!(!base.same_bits(&other), "float {float}");
+        }
+        let mut positive_zero = base;
+        positive_zero.nis = 0.0;
+        assert!(!base.same_bits(&positive_zero));
     }
 
     #[test]

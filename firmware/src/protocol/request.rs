@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Measurement, Sigmas};
+use crate::{Correction, Measurement, Settings, Sigmas};
 
 /// Host to image. The image answers each request with one [`Reply`](crate::protocol::Reply).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -31,6 +31,34 @@ pub struct Reset {
     pub passes: u16,
     /// Which correction follows the network.
     pub correction: CorrectionCode,
+}
+
+impl From<Reset> for Settings {
+    fn from(reset: Reset) -> Self {
+        Self {
+            correction: match reset.correction {
+                CorrectionCode::None => Correction::None,
+                CorrectionCode::Converted => Correction::Converted,
+                CorrectionCode::Polar => Correction::Polar,
+            },
+            passes: reset.passes,
+            seed: reset.seed,
+        }
+    }
+}
+
+impl From<Settings> for Reset {
+    fn from(settings: Settings) -> Self {
+        Self {
+            seed: settings.seed,
+            passes: settings.passes,
+            correction: match settings.correction {
+                Correction::None => CorrectionCode::None,
+                Correction::Converted => CorrectionCode::Converted,
+                Correction::Polar => CorrectionCode::Polar,
+            },
+        }
+    }
 }
 
 /// The correction step on the wire.
@@ -107,6 +135,18 @@ mod tests {
     use super::*;
     use crate::protocol::{FrameReader, encode};
     use proptest::prelude::*;
+
+    #[test]
+    fn settings_survive_the_wire() {
+        for correction in [Correction::None, Correction::Converted, Correction::Polar] {
+            let settings = Settings {
+                correction,
+                passes: 77,
+                seed: u64::MAX - 1,
+            };
+            assert_eq!(Settings::from(Reset::from(settings)), settings);
+        }
+    }
 
     proptest! {
         #[test]

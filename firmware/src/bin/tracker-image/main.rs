@@ -1,0 +1,58 @@
+//! The Cortex-M4F image: the tracker behind a serial port, its blob in flash.
+//!
+//! The host sends requests as in `bnkf::protocol`; each is answered by one reply. The image
+//! announces itself with `Ready` (or `Refused(Blob)`) when it has booted. Nothing is allocated, no
+//! interrupt is enabled, and the port is only polled while the tracker rests: what a step costs
+//! does not depend on what the line carries.
+#![no_std]
+#![no_main]
+
+mod board;
+mod fault;
+mod session;
+
+#[cfg(feature = "image-board")]
+use defmt_rtt as _;
+#[cfg(not(feature = "image-board"))]
+use defmt_semihosting as _;
+
+use bnkf::protocol::{FrameReader, RefusalCode, Reply, encode};
+use cortex_m_rt::entry;
+
+use board::Board;
+use session::{Session, TrackerSlot};
+
+#[entry]
+fn main() -> ! {
+    let mut board = Board::start();
+    // `None` only on a second call, and `main` is called once.
+    let Some(tracker) = cortex_m::singleton!(: TrackerSlot = None) else {
+        panic!("main was called twice")
+    };
+    let mut session = Session::new(tracker);
+    send(&mut board, &session.greeting());
+    let mut reader = FrameReader::new();
+    loop {
+        board.feed_watchdog();
+        let Some(byte) = board.read_byte() else {
+            continue;
+        };
+        let reply = match reader.push(byte) {
+            None => continue,
+            Some(Ok(request)) => session.answer(&request, &board),
+            Some(Err(error)) => {
+                defmt::warn!("frame refused: {=u8}", error as u8);
+                Reply::Refused(RefusalCode::Frame)
+            }
+        };
+        send(&mut board, &reply);
+    }
+}
+
+fn send(board: &mut Board, reply: &Reply) {
+    match encode(reply) {
+        Ok(frame) => board.write(&frame),
+        // The protocol's tests encode the widest replies, so this is a broken build: stop loudly.
+        Err(_) => panic!("reply does not fit a frame"),
+    }
+}
