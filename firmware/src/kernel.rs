@@ -1,7 +1,7 @@
 //! Integer dot products of int8 weights and 16-bit activations, several passes at a time.
 //!
-//! The only module that may hold `unsafe` or assembly. Every instruction has a portable twin, and
-//! all of them give the same integers: see the tests. Lanes are Monte Carlo passes, so an
+//! The only module that may hold `unsafe` or assembly: DSP instructions on the microcontroller,
+//! SSE2 on the host, with a portable twin beside them; all give the same integers. Lanes are Monte Carlo passes, so an
 //! unpacked weight serves `L` passes (weight-stationary), and lane-wise arithmetic never reorders
 //! a sum.
 //!
@@ -114,12 +114,7 @@ impl<const L: usize> Packed<L> {
     /// `row` holds int8 codes, padded with zeros to a multiple of four.
     #[inline]
     pub fn dot_means(&self, row: &[u8]) -> [f32; L] {
-        let mut sums = [0_i32; L];
-        for (codes, words) in row.chunks_exact(4).zip(self.values.chunks_exact(2)) {
-            let codes = u32::from_le_bytes([codes[0], codes[1], codes[2], codes[3]]);
-            multiply_accumulate(&mut sums, sign_extend_even_bytes(codes), &words[0]);
-            multiply_accumulate(&mut sums, sign_extend_even_bytes(codes >> 8), &words[1]);
-        }
+        let sums = dot_means(row, &self.values);
         core::array::from_fn(|lane| sums[lane] as f32 * self.value_scale[lane])
     }
 
@@ -127,12 +122,7 @@ impl<const L: usize> Packed<L> {
     /// variance. Variances below 1/16,000 of the largest count as zero here.
     #[inline]
     pub fn dot_variances(&self, row: &[u8]) -> [f32; L] {
-        let mut sums = [0_i32; L];
-        for (codes, words) in row.chunks_exact(4).zip(self.squares.chunks_exact(2)) {
-            let v = |i: usize| u32::from(VARIANCES[usize::from(codes[i])]);
-            multiply_accumulate(&mut sums, v(0) | v(2) << 16, &words[0]);
-            multiply_accumulate(&mut sums, v(1) | v(3) << 16, &words[1]);
-        }
+        let sums = dot_variances(row, &self.squares);
         core::array::from_fn(|lane| sums[lane] as f32 * self.variance_scale[lane])
     }
 }
@@ -155,6 +145,40 @@ fn halves(low: u32, high: u32) -> u32 {
     low | high << 16
 }
 
+/// Integer sums of int8 codes times the halves of `words`.
+#[inline]
+fn dot_means<const L: usize>(row: &[u8], words: &[[u32; L]]) -> [i32; L] {
+    #[cfg(target_arch = "x86_64")]
+    if L == 4 {
+        let sums = sse2::dot(row, words.as_flattened(), sse2::signed_codes);
+        return core::array::from_fn(|lane| sums[lane]);
+    }
+    let mut sums = [0_i32; L];
+    for (codes, words) in row.chunks_exact(4).zip(words.chunks_exact(2)) {
+        let codes = u32::from_le_bytes([codes[0], codes[1], codes[2], codes[3]]);
+        multiply_accumulate(&mut sums, sign_extend_even_bytes(codes), &words[0]);
+        multiply_accumulate(&mut sums, sign_extend_even_bytes(codes >> 8), &words[1]);
+    }
+    sums
+}
+
+/// Integer sums of decoded variances times the halves of `words`.
+#[inline]
+fn dot_variances<const L: usize>(row: &[u8], words: &[[u32; L]]) -> [i32; L] {
+    #[cfg(target_arch = "x86_64")]
+    if L == 4 {
+        let sums = sse2::dot(row, words.as_flattened(), sse2::variances);
+        return core::array::from_fn(|lane| sums[lane]);
+    }
+    let mut sums = [0_i32; L];
+    for (codes, words) in row.chunks_exact(4).zip(words.chunks_exact(2)) {
+        let v = |i: usize| u32::from(VARIANCES[usize::from(codes[i])]);
+        multiply_accumulate(&mut sums, halves(v(0), v(2)), &words[0]);
+        multiply_accumulate(&mut sums, halves(v(1), v(3)), &words[1]);
+    }
+    sums
+}
+
 /// Bytes 0 and 2 of `codes`, sign-extended into two halves.
 #[inline]
 fn sign_extend_even_bytes(codes: u32) -> u32 {
@@ -169,32 +193,32 @@ fn sign_extend_even_bytes(codes: u32) -> u32 {
         halves
     }
     #[cfg(not(arm_dsp))]
-    portable::sign_extend_even_bytes(codes)
+    {
+        let low = i16::from(codes as u8 as i8) as u16;
+        let high = i16::from((codes >> 16) as u8 as i8) as u16;
+        halves(u32::from(low), u32::from(high))
+    }
 }
 
 /// Adds to each lane the products of the two halves of `weights` and of its word.
 #[inline]
 fn multiply_accumulate<const L: usize>(sums: &mut [i32; L], weights: u32, words: &[u32; L]) {
-    #[cfg(arm_dsp)]
-    for (sum, word) in sums.iter_mut().zip(words) {
+    for (sum, &word) in sums.iter_mut().zip(words) {
+        #[cfg(arm_dsp)]
         // SAFETY: SMLAD reads and writes registers only (and the sticky Q flag, which nothing
         // here reads); the DSP extension is present by cfg.
         unsafe {
             core::arch::asm!("smlad {0}, {1}, {2}, {0}", inout(reg) *sum, in(reg) weights,
-                in(reg) *word, options(pure, nomem, nostack));
+                in(reg) word, options(pure, nomem, nostack));
+        }
+        #[cfg(not(arm_dsp))]
+        {
+            let low = i32::from(weights as u16 as i16) * i32::from(word as u16 as i16);
+            let high =
+                i32::from((weights >> 16) as u16 as i16) * i32::from((word >> 16) as u16 as i16);
+            *sum = sum.wrapping_add(low).wrapping_add(high);
         }
     }
-    #[cfg(target_arch = "x86_64")]
-    {
-        let (sums4, sums) = sums.as_chunks_mut::<4>();
-        let (words4, words) = words.as_chunks::<4>();
-        for (sums, words) in sums4.iter_mut().zip(words4) {
-            sse2::multiply_accumulate(sums, weights, words);
-        }
-        portable::multiply_accumulate(sums, weights, words);
-    }
-    #[cfg(not(any(target_arch = "x86_64", arm_dsp)))]
-    portable::multiply_accumulate(sums, weights, words);
 }
 
 /// Square root, correctly rounded on every target.
@@ -216,45 +240,57 @@ pub fn sqrt(x: f32) -> f32 {
     libm::sqrtf(x)
 }
 
+/// Four lanes at once on the host: PMADDWD is SMLAD without the sum. SSE2 is part of x86_64.
 #[cfg(target_arch = "x86_64")]
 mod sse2 {
     use core::arch::x86_64::{
-        __m128i, _mm_add_epi32, _mm_loadu_si128, _mm_madd_epi16, _mm_set1_epi32, _mm_storeu_si128,
+        __m128i, _mm_add_epi32, _mm_cvtsi32_si128, _mm_loadu_si128, _mm_madd_epi16, _mm_set_epi16,
+        _mm_setzero_si128, _mm_shuffle_epi32, _mm_shufflelo_epi16, _mm_srai_epi16,
+        _mm_storeu_si128, _mm_unpacklo_epi8,
     };
 
-    /// Four lanes of [`super::multiply_accumulate`]: PMADDWD is SMLAD without the sum.
+    /// Sums over groups of four codes; `decode` turns a group into its two pairs, in the lowest
+    /// two words of a vector. `words` holds two words of four lanes for every group.
     #[inline]
-    pub fn multiply_accumulate(sums: &mut [i32; 4], weights: u32, words: &[u32; 4]) {
-        // SAFETY: SSE2 is part of x86_64; the unaligned loads and the store cover exactly the
-        // sixteen bytes of the arrays.
+    pub fn dot(row: &[u8], words: &[u32], decode: impl Fn(&[u8; 4]) -> __m128i) -> [i32; 4] {
+        let (groups, _) = row.as_chunks::<4>();
+        let (words, _) = words.as_chunks::<8>();
+        let mut sums = [0_i32; 4];
+        // SAFETY: the unaligned loads and the store cover four words each of arrays of eight and
+        // four words.
         unsafe {
-            let words = _mm_loadu_si128(words.as_ptr().cast::<__m128i>());
-            let products = _mm_madd_epi16(words, _mm_set1_epi32(weights as i32));
-            let sum = _mm_loadu_si128(sums.as_ptr().cast::<__m128i>());
-            let target = sums.as_mut_ptr().cast::<__m128i>();
-            _mm_storeu_si128(target, _mm_add_epi32(sum, products));
+            let mut sum = _mm_setzero_si128();
+            for (codes, words) in groups.iter().zip(words) {
+                let pairs = decode(codes);
+                let first = _mm_loadu_si128(words.as_ptr().cast());
+                let second = _mm_loadu_si128(words.as_ptr().add(4).cast());
+                let pair = _mm_shuffle_epi32::<0x00>(pairs);
+                sum = _mm_add_epi32(sum, _mm_madd_epi16(first, pair));
+                let pair = _mm_shuffle_epi32::<0x55>(pairs);
+                sum = _mm_add_epi32(sum, _mm_madd_epi16(second, pair));
+            }
+            _mm_storeu_si128(sums.as_mut_ptr().cast(), sum);
         }
-    }
-}
-
-#[cfg(any(test, not(arm_dsp)))]
-mod portable {
-    #[inline]
-    pub fn sign_extend_even_bytes(codes: u32) -> u32 {
-        let low = i16::from(codes as u8 as i8) as u16;
-        let high = i16::from((codes >> 16) as u8 as i8) as u16;
-        u32::from(low) | u32::from(high) << 16
+        sums
     }
 
+    /// Pairs (0, 2) and (1, 3) of four int8 codes.
     #[inline]
-    pub fn multiply_accumulate(sums: &mut [i32], weights: u32, words: &[u32]) {
-        let low = i32::from(weights as u16 as i16);
-        let high = i32::from((weights >> 16) as u16 as i16);
-        for (sum, &word) in sums.iter_mut().zip(words) {
-            let products =
-                low * i32::from(word as u16 as i16) + high * i32::from((word >> 16) as u16 as i16);
-            *sum = sum.wrapping_add(products);
+    pub fn signed_codes(codes: &[u8; 4]) -> __m128i {
+        // SAFETY: register arithmetic of SSE2.
+        unsafe {
+            let bytes = _mm_cvtsi32_si128(i32::from_le_bytes(*codes));
+            let extended = _mm_srai_epi16::<8>(_mm_unpacklo_epi8(bytes, bytes));
+            _mm_shufflelo_epi16::<0b11_01_10_00>(extended)
         }
+    }
+
+    /// Pairs (0, 2) and (1, 3) of four decoded variances.
+    #[inline]
+    pub fn variances(codes: &[u8; 4]) -> __m128i {
+        let v = codes.map(|code| super::VARIANCES[usize::from(code)] as i16);
+        // SAFETY: register arithmetic of SSE2.
+        unsafe { _mm_set_epi16(0, 0, 0, 0, v[3], v[1], v[2], v[0]) }
     }
 }
 
@@ -265,29 +301,38 @@ mod tests {
     use crate::rng::seeded;
     use rand_core::Rng;
 
+    /// The integers by their definition, for whatever this build compiled the sums to.
     #[test]
-    fn instructions_equal_their_portable_twins() {
+    fn instructions_equal_naive_integer_sums() {
         let mut rng = seeded(1);
-        for _ in 0..10_000 {
-            let weights = rng.next_u32();
-            let words: [u32; 7] = core::array::from_fn(|_| rng.next_u32());
-            let start: [i32; 7] = core::array::from_fn(|_| rng.next_u32() as i32 >> 2);
-            // -32768 squared twice overflows SMLAD and PMADDWD alike; activations never reach it.
-            let words = words.map(|w| {
-                if w & 0xFFFF == 0x8000 || w >> 16 == 0x8000 {
-                    1
+        let mut words = [[0_u32; 4]; WORDS];
+        for _ in 0..500 {
+            let row: [u8; WIDTH_MAX] = core::array::from_fn(|_| rng.next_u32() as u8);
+            let half = |rng: &mut crate::rng::Generator| rng.next_u32() % 4096;
+            for word in words.iter_mut().flatten() {
+                let sign = if rng.next_u32() & 1 == 0 {
+                    0xF000_F000
                 } else {
-                    w
+                    0
+                };
+                *word = halves(half(&mut rng), half(&mut rng)) ^ sign;
+            }
+            let means = dot_means(&row, &words);
+            let squares = words.map(|lanes| lanes.map(|word| word & 0x0FFF_0FFF));
+            let variances = dot_variances(&row, &squares);
+            for lane in 0..4 {
+                let (mut mean, mut variance) = (0_i64, 0_i64);
+                for input in 0..WIDTH_MAX {
+                    let word = 2 * (input / 4) + input % 2;
+                    let shift = if input % 4 < 2 { 0 } else { 16 };
+                    let value = (words[word][lane] >> shift) as u16 as i16;
+                    mean += i64::from(row[input] as i8) * i64::from(value);
+                    let square = squares[word][lane] >> shift & 0xFFFF;
+                    variance += i64::from(VARIANCES[usize::from(row[input])]) * i64::from(square);
                 }
-            });
-            let (mut fast, mut naive) = (start, start);
-            multiply_accumulate(&mut fast, weights, &words);
-            portable::multiply_accumulate(&mut naive, weights, &words);
-            assert_eq!(fast, naive);
-            assert_eq!(
-                sign_extend_even_bytes(weights),
-                portable::sign_extend_even_bytes(weights)
-            );
+                assert_eq!(i64::from(means[lane]), mean);
+                assert_eq!(i64::from(variances[lane]), variance);
+            }
         }
     }
 
