@@ -60,7 +60,7 @@ mod tests {
         moved.samples[2].position_m[1] += 1e-12;
         let base = of_flights(std::slice::from_ref(&one));
         assert_eq!(base, of_flights(std::slice::from_ref(&one)));
-        assert_ne!(base, of_flights(&[renamed.clone()]));
+        assert_ne!(base, of_flights(std::slice::from_ref(&renamed)));
         assert_ne!(base, of_flights(&[moved]));
         assert_ne!(
             of_flights(&[one.clone(), renamed.clone()]),

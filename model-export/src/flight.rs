@@ -2,6 +2,9 @@
 //!
 //! Frame: x east, y north, z up, metres, radar at the origin. Nothing here panics.
 
+use crate::track_error::check_track;
+pub use crate::track_error::{SAMPLES_MIN, SampleField, TrackError};
+
 /// Position and velocity of the drone at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
@@ -23,106 +26,6 @@ pub struct Flight {
     pub source: String,
     /// At least [`SAMPLES_MIN`], with increasing time.
     pub samples: Vec<Sample>,
-}
-
-/// Fewest samples of a flight: what a centred velocity needs.
-pub const SAMPLES_MIN: usize = 3;
-/// Shortest time between two samples, seconds. Radar readings count microseconds.
-pub const STEP_S_MIN: f64 = 1e-6;
-/// Latest and, negated, earliest time, seconds: a Unix time in seconds passes, in milliseconds not.
-pub const TIME_S_MAX: f64 = 1e11;
-/// Largest absolute coordinate, metres: a UTM northing passes.
-pub const COORDINATE_M_MAX: f64 = 1e7;
-
-/// One value of a sample.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SampleField {
-    /// Time, seconds.
-    Time,
-    /// East, metres.
-    X,
-    /// North, metres.
-    Y,
-    /// Up, metres.
-    Z,
-}
-
-impl SampleField {
-    /// The four fields in the order of a flight file.
-    pub const ALL: [Self; 4] = [Self::Time, Self::X, Self::Y, Self::Z];
-
-    /// The column of a flight file that holds this field.
-    #[must_use]
-    pub fn column(self) -> &'static str {
-        ["timestamp", "tx", "ty", "tz"][self as usize]
-    }
-
-    /// Largest absolute value, in the field's unit.
-    #[must_use]
-    pub fn bound(self) -> f64 {
-        match self {
-            Self::Time => TIME_S_MAX,
-            Self::X | Self::Y | Self::Z => COORDINATE_M_MAX,
-        }
-    }
-}
-
-impl std::fmt::Display for SampleField {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.column())
-    }
-}
-
-/// Why positions over time are not a flight. `index` counts samples from 0.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum TrackError {
-    /// Fewer than [`SAMPLES_MIN`] samples.
-    #[error("{found} samples, at least {SAMPLES_MIN} are needed")]
-    TooFewSamples {
-        /// How many there are.
-        found: usize,
-    },
-    /// NaN or infinite.
-    #[error("`{field}` is not finite")]
-    NotFinite {
-        /// Where.
-        index: usize,
-        /// What.
-        field: SampleField,
-    },
-    /// Beyond [`SampleField::bound`].
-    #[error("`{field}` = {value} is beyond +-{}", field.bound())]
-    OutOfRange {
-        /// Where.
-        index: usize,
-        /// What.
-        field: SampleField,
-        /// The offending value.
-        value: f64,
-    },
-    /// Less than [`STEP_S_MIN`] after the sample before.
-    #[error("time {time_s} s does not follow {previous_s} s")]
-    TimeNotIncreasing {
-        /// Where.
-        index: usize,
-        /// The time before, seconds.
-        previous_s: f64,
-        /// The offending time, seconds.
-        time_s: f64,
-    },
-}
-
-impl TrackError {
-    /// Index of the offending sample, if the error is about one.
-    #[must_use]
-    pub fn index(&self) -> Option<usize> {
-        match self {
-            Self::TooFewSamples { .. } => None,
-            Self::NotFinite { index, .. }
-            | Self::OutOfRange { index, .. }
-            | Self::TimeNotIncreasing { index, .. } => Some(*index),
-        }
-    }
 }
 
 impl Flight {
@@ -187,34 +90,6 @@ impl Flight {
     }
 }
 
-fn check_track(rows: &[[f64; 4]]) -> Result<(), TrackError> {
-    for (index, row) in rows.iter().enumerate() {
-        for (field, value) in SampleField::ALL.into_iter().zip(*row) {
-            if !value.is_finite() {
-                return Err(TrackError::NotFinite { index, field });
-            }
-            if value.abs() > field.bound() {
-                return Err(TrackError::OutOfRange {
-                    index,
-                    field,
-                    value,
-                });
-            }
-        }
-        if index > 0 && row[0] - rows[index - 1][0] < STEP_S_MIN {
-            return Err(TrackError::TimeNotIncreasing {
-                index,
-                previous_s: rows[index - 1][0],
-                time_s: row[0],
-            });
-        }
-    }
-    if rows.len() < SAMPLES_MIN {
-        return Err(TrackError::TooFewSamples { found: rows.len() });
-    }
-    Ok(())
-}
-
 /// Velocity at row `i` of a checked track, metres per second.
 fn velocity_mps(rows: &[[f64; 4]], i: usize) -> [f64; 3] {
     let slope = |from: usize, axis: usize| {
@@ -236,7 +111,8 @@ fn velocity_mps(rows: &[[f64; 4]], i: usize) -> [f64; 3] {
 
 #[cfg(test)]
 mod tests {
-    use super::{COORDINATE_M_MAX, Flight, SampleField, TrackError};
+    use super::Flight;
+    use crate::track_error::COORDINATE_M_MAX;
     use proptest::prelude::*;
 
     #[test]
@@ -274,39 +150,6 @@ mod tests {
         assert_eq!(
             moved.samples[1].velocity_mps,
             flight.samples[1].velocity_mps
-        );
-    }
-
-    #[test]
-    fn bad_rows_are_named() {
-        let good = |i: f64| [i, 0.0, 0.0, 5.0];
-        let with = |row: [f64; 4]| Flight::from_track("f", "f", &[good(0.0), row, good(2.0)]);
-        assert_eq!(
-            with([1.0, 0.0, f64::NAN, 5.0]),
-            Err(TrackError::NotFinite {
-                index: 1,
-                field: SampleField::Y
-            })
-        );
-        assert_eq!(
-            with([1.0, 0.0, 0.0, -2.0 * COORDINATE_M_MAX]),
-            Err(TrackError::OutOfRange {
-                index: 1,
-                field: SampleField::Z,
-                value: -2.0 * COORDINATE_M_MAX
-            })
-        );
-        assert_eq!(
-            with([0.0, 0.0, 0.0, 5.0]),
-            Err(TrackError::TimeNotIncreasing {
-                index: 1,
-                previous_s: 0.0,
-                time_s: 0.0
-            })
-        );
-        assert_eq!(
-            Flight::from_track("f", "f", &[good(0.0), good(1.0)]),
-            Err(TrackError::TooFewSamples { found: 2 })
         );
     }
 

@@ -49,7 +49,8 @@ pub struct GeneratorSettings {
     pub rate_hz: f64,
     /// Factor on speeds (mean 2.3 m/s at 1).
     pub speed_scale: f64,
-    /// Factor on lengths. Accelerations follow as `speed_scale^2 / size_scale`.
+    /// Factor on lengths. Accelerations (mean 2, up to 7 m/s^2 at 1) follow as
+    /// `speed_scale^2 / size_scale`: give fast flights room.
     pub size_scale: f64,
     /// Standard deviation of the instant at which a sample is really taken, seconds. Recorded
     /// times stay even, as in logs. 0 gives the truth.

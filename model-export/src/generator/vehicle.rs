@@ -26,6 +26,8 @@ pub struct Vehicle {
     pub lag_s: f64,
     /// Standard deviation of the acceleration by gusts, per axis.
     pub gust_mps2: f64,
+    /// Share of a gust that is left after [`STEP_S`].
+    gust_kept: f64,
     thrust_mps2: Vector3<f64>,
     push_mps2: Vector3<f64>,
 }
@@ -37,6 +39,7 @@ impl Vehicle {
             jerk_mps3_max: random.uniform(15.0, 40.0),
             lag_s: random.uniform(0.1, 0.35),
             gust_mps2: random.uniform(0.0, 0.5),
+            gust_kept: libm::exp(-STEP_S / GUST_S),
             thrust_mps2: Vector3::zeros(),
             push_mps2: Vector3::zeros(),
         }
@@ -61,7 +64,7 @@ impl Vehicle {
         let jerk_mps3 = (within - self.thrust_mps2) / self.lag_s;
         self.thrust_mps2 += shortened(jerk_mps3, self.jerk_mps3_max) * STEP_S;
         // First-order Gauss-Markov process with standard deviation `gust_mps2`.
-        let kept = libm::exp(-STEP_S / GUST_S);
+        let kept = self.gust_kept;
         let fresh = self.gust_mps2 * (1.0 - kept * kept).sqrt();
         let draw = Vector3::new(random.normal(), random.normal(), random.normal());
         self.push_mps2 = self.push_mps2 * kept + draw * fresh;
