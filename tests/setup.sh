@@ -1,0 +1,81 @@
+#!/usr/bin/env bash
+# Installs what the tests need beyond a Rust toolchain: a C linker for the host, a compiler for the
+# Cortex-M4F, and QEMU. Does nothing, quickly, when all is there. Says what it uses.
+set -euo pipefail
+
+target=thumbv7em-none-eabihf
+missing=()
+
+say() { printf 'setup: %s\n' "$*"; }
+
+# As root, or through sudo.
+root() {
+    if [ "$(id -u)" -eq 0 ]; then
+        "$@"
+    elif command -v sudo >/dev/null; then
+        sudo "$@"
+    else
+        say "need root (or sudo) to run: $*" >&2
+        return 1
+    fi
+}
+
+has_installed_target() {
+    local libraries
+    libraries=$(rustc --print target-libdir --target "$target" 2>/dev/null) && [ -d "$libraries" ]
+}
+
+has_debian_toolchain() {
+    local sysroot
+    [ -x /usr/bin/cargo ] && sysroot=$(/usr/bin/rustc --print sysroot 2>/dev/null) &&
+        [ -f "$sysroot/lib/rustlib/src/rust/library/core/src/lib.rs" ] && has_linker
+}
+
+# rustup's toolchain brings rust-lld; any LLVM linker will do.
+has_linker() {
+    local sysroot
+    command -v ld.lld >/dev/null ||
+        { sysroot=$(rustc --print sysroot 2>/dev/null) &&
+            compgen -G "$sysroot/lib/rustlib/*/bin/rust-lld" >/dev/null; }
+}
+
+add_rustup_target() {
+    command -v rustup >/dev/null || return 1
+    say "rustup target add $target"
+    # A blocked download must not hang the tests.
+    timeout 180 rustup target add "$target"
+}
+
+apt_install() {
+    command -v apt-get >/dev/null || {
+        say "no apt-get here; install by hand: $*" >&2
+        return 1
+    }
+    say "apt-get install $*"
+    root apt-get update -qq &&
+        root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@"
+}
+
+if ! command -v cargo >/dev/null; then
+    say "no cargo: install Rust from https://rustup.rs first" >&2
+    exit 1
+fi
+command -v cc >/dev/null || missing+=(gcc libc6-dev)
+command -v qemu-system-arm >/dev/null || missing+=(qemu-system-arm)
+if [ ${#missing[@]} -gt 0 ]; then
+    apt_install "${missing[@]}"
+fi
+if ! has_installed_target && ! has_debian_toolchain && ! add_rustup_target; then
+    # Where rustup cannot download: Debian's compiler with the sources of the core library.
+    apt_install rustc-web cargo-web rust-web-src lld
+fi
+
+if has_installed_target; then
+    say "compiler for $target: $(rustc --version)"
+elif has_debian_toolchain; then
+    say "compiler for $target: Debian's $(/usr/bin/rustc --version), core from source"
+else
+    say "no compiler for $target could be installed" >&2
+    exit 1
+fi
+say "emulator: $(qemu-system-arm --version | head -n 1)"
