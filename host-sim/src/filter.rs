@@ -52,6 +52,9 @@ pub enum FilterError {
     /// A covariance has no Cholesky factor.
     #[error("a covariance is not positive definite")]
     NotPositiveDefinite,
+    /// The firmware's tracker refused.
+    #[error("{0}")]
+    Tracker(bnkf::StepError),
 }
 
 /// A method under test. It sees the readings in order and nothing of the future.

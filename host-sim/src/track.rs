@@ -5,6 +5,7 @@ use bnkf_model_export::radar_sampling::time_us;
 use bnkf_model_export::reading::Reading;
 use nalgebra::{Matrix3, Vector3};
 
+use crate::baseline::sensor::cartesian;
 use crate::cell::ScoredStep;
 use crate::filter::{Filter, FilterError, Nis, PositionEstimate, Start};
 use crate::metrics::StepScore;
@@ -125,13 +126,7 @@ fn place_of(reading: &Reading) -> PositionEstimate {
 
 /// The reading's position in Cartesian coordinates, metres.
 pub fn position_of(reading: &Reading) -> Vector3<f64> {
-    let (sin_elevation, cos_elevation) = libm::sincos(reading.elevation_rad);
-    let (sin_azimuth, cos_azimuth) = libm::sincos(reading.azimuth_rad);
-    Vector3::new(
-        cos_elevation * cos_azimuth,
-        cos_elevation * sin_azimuth,
-        sin_elevation,
-    ) * reading.range_m
+    cartesian(reading.elevation_rad, reading.azimuth_rad, reading.range_m)
 }
 
 #[cfg(test)]

@@ -1,0 +1,3 @@
+//! The commands of `host-sim`, one file each.
+
+pub mod evaluate;

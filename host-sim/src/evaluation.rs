@@ -1,0 +1,124 @@
+//! Every method over every segment, noise level and rate, on the same readings.
+
+use bnkf_model_export::flight::Flight;
+use bnkf_model_export::gaps::SamplingRate;
+use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
+use bnkf_model_export::radar_sampling::{RadarSettings, sample_radar};
+use bnkf_model_export::reading::Reading;
+use bnkf_model_export::seed;
+use rayon::prelude::*;
+
+use crate::cell::{Cell, CellMetrics, ScoredStep};
+use crate::method::Method;
+use crate::roster::Roster;
+use crate::track::{TrackStep, track};
+
+/// How well and how often the radar measures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Condition {
+    /// Noise level of the readings.
+    pub noise: NoiseLevel,
+    /// Part of the samples that is measured.
+    pub rate: SamplingRate,
+}
+
+impl Condition {
+    /// The paper's nine: three noise levels, each at three rates.
+    pub fn paper() -> Vec<Self> {
+        let rates = |noise| SamplingRate::ALL.map(|rate| Self { noise, rate });
+        NoiseLevel::ALL.into_iter().flat_map(rates).collect()
+    }
+}
+
+/// What is evaluated.
+#[derive(Clone, Copy, Debug)]
+pub struct Evaluation<'a> {
+    /// Flights, already cut into segments.
+    pub segments: &'a [Flight],
+    /// The methods.
+    pub roster: &'a Roster<'a>,
+    /// The blocks of the table.
+    pub conditions: &'a [Condition],
+    /// How the angle figures of the noise levels are read.
+    pub noise_table: NoiseTable,
+    /// Seed of the radar's noise and of the methods that draw.
+    pub seed: u64,
+}
+
+impl Evaluation<'_> {
+    /// Number of (segment, condition) pairs that [`Evaluation::run`] works through.
+    pub fn units(&self) -> usize {
+        self.segments.len() * self.conditions.len()
+    }
+
+    /// What the radar reports of `segment`.
+    pub fn readings(&self, segment: &Flight, condition: Condition) -> Vec<Option<Reading>> {
+        let Condition { noise, rate } = condition;
+        let settings = RadarSettings::paper(noise, self.noise_table, rate, self.seed);
+        sample_radar(segment, &settings)
+    }
+
+    /// Every method over one segment. Depends on nothing but the segment, the condition and the
+    /// seed, so neither the order of units nor the number of threads shows in the results.
+    pub fn tracks(
+        &self,
+        segment: &Flight,
+        readings: &[Option<Reading>],
+        condition: Condition,
+    ) -> Vec<(Method, Vec<TrackStep>)> {
+        let ids = [
+            seed::name_id("tracker"),
+            seed::name_id(&segment.name),
+            condition.noise as u64,
+            condition.rate.get().to_bits(),
+        ];
+        let filters = self.roster.filters(seed::derive(self.seed, &ids));
+        filters
+            .into_iter()
+            .map(|(method, mut filter)| (method, track(filter.as_mut(), segment, readings)))
+            .collect()
+    }
+
+    /// All cells, ordered by condition, then method. Works on all threads of the current rayon
+    /// pool and calls `done` after each unit.
+    pub fn run(&self, done: &(dyn Fn() + Sync)) -> Vec<Cell> {
+        let unit = |index: usize| {
+            let condition = self.conditions[index / self.segments.len()];
+            let segment = &self.segments[index % self.segments.len()];
+            let readings = self.readings(segment, condition);
+            let scored = |(_, steps): (Method, Vec<TrackStep>)| {
+                steps.into_iter().map(|step| step.scored).collect()
+            };
+            let tracks: Vec<Vec<ScoredStep>> = self
+                .tracks(segment, &readings, condition)
+                .into_iter()
+                .map(scored)
+                .collect();
+            done();
+            tracks
+        };
+        let units: Vec<_> = (0..self.units()).into_par_iter().map(unit).collect();
+        let mut cells = Vec::new();
+        for (condition, units) in self
+            .conditions
+            .iter()
+            .zip(units.chunks(self.segments.len().max(1)))
+        {
+            for (index, method) in self.roster.methods().enumerate() {
+                let steps: Vec<_> = units
+                    .iter()
+                    .flat_map(|tracks| &tracks[index])
+                    .copied()
+                    .collect();
+                let Condition { noise, rate } = *condition;
+                cells.push(Cell {
+                    method,
+                    noise,
+                    rate,
+                    metrics: CellMetrics::new(&steps),
+                });
+            }
+        }
+        cells
+    }
+}
