@@ -1,3 +1,4 @@
 //! The commands of `host-sim`, one file each.
 
+pub mod demo;
 pub mod evaluate;

@@ -2,17 +2,19 @@
 
 use std::process::ExitCode;
 
-use bnkf_host_sim::cmd::evaluate;
+use bnkf_host_sim::cmd::{demo, evaluate};
 use clap::{Parser, Subcommand};
 
+/// Simulated measurement loop of the Bayesian neural Kalman tracker.
+///
+/// Without a command: the paper's five methods on built-in flights, a table and two figures.
 #[derive(Parser)]
-#[command(
-    version,
-    about = "Simulated measurement loop of the Bayesian neural Kalman tracker"
-)]
+#[command(version, args_conflicts_with_subcommands = true)]
 struct Cli {
     #[command(subcommand)]
-    command: Command,
+    command: Option<Command>,
+    #[command(flatten)]
+    demo: demo::Args,
 }
 
 #[derive(Subcommand)]
@@ -21,8 +23,10 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    match Cli::parse().command {
-        Command::Evaluate(args) => exit_code(evaluate::run(&args)),
+    let cli = Cli::parse();
+    match cli.command {
+        None => exit_code(demo::run(&cli.demo)),
+        Some(Command::Evaluate(args)) => exit_code(evaluate::run(&args)),
     }
 }
 

@@ -1,0 +1,175 @@
+//! `host-sim` without a command: the paper's table on built-in flights, with two figures.
+
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use bnkf_model_export::atomic_file::{self, AtomicWriteError};
+use bnkf_model_export::data_hash;
+use bnkf_model_export::flight::Flight;
+use bnkf_model_export::gaps::SamplingRate;
+use bnkf_model_export::generator::{GeneratorError, GeneratorSettings, generate};
+use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
+
+use crate::evaluation::{Condition, Evaluation};
+use crate::method::Method;
+use crate::model::{Model, ModelError};
+use crate::plot::metrics_figure;
+use crate::plot::trajectory_figure::{self, Example};
+use crate::results_json::{self, ModelProvenance, Provenance, Results, command_line};
+use crate::roster::{Roster, RosterError};
+use crate::{default_models, progress, table};
+
+/// Built-in flights of the main job: enough for two digits of every mean within a minute.
+const FLIGHTS: usize = 20;
+/// Their seed; no shipped model was trained on it.
+const FLIGHT_SEED: u64 = 20_260_322;
+/// Seed of the radar noise and the Monte Carlo passes.
+const SEED: u64 = 1;
+
+/// Scores the built-in models on built-in flights and draws what they did.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Args {
+    /// Folder for the figures and the results; made if it is missing
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    pub out: PathBuf,
+}
+
+/// Why the main job failed.
+#[derive(Debug, thiserror::Error)]
+pub enum DemoError {
+    /// The flights cannot be generated.
+    #[error("built-in flights: {0}")]
+    Generator(#[from] GeneratorError),
+    /// A built-in blob cannot be used.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// A method cannot run.
+    #[error(transparent)]
+    Roster(#[from] RosterError),
+    /// The output folder cannot be made.
+    #[error("{}: cannot make the folder: {cause}", path.display())]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+    /// A file cannot be written.
+    #[error(transparent)]
+    Write(#[from] AtomicWriteError),
+    /// Standard output was closed.
+    #[error("standard output: {0}")]
+    Output(#[from] std::io::Error),
+}
+
+/// Runs the main job.
+///
+/// # Errors
+/// See [`DemoError`].
+pub fn run(args: &Args) -> Result<(), DemoError> {
+    std::fs::create_dir_all(&args.out).map_err(|cause| DemoError::Folder {
+        path: args.out.clone(),
+        cause,
+    })?;
+    let settings = GeneratorSettings {
+        flights: FLIGHTS,
+        seed: FLIGHT_SEED,
+        ..GeneratorSettings::default()
+    };
+    let flights = generate(&settings)?;
+    let models = default_models::load()?;
+    let roster = Roster::new(&Method::PAPER, &models, None)?;
+    let evaluation = Evaluation {
+        segments: &flights,
+        roster: &roster,
+        conditions: &Condition::paper(),
+        noise_table: NoiseTable::default(),
+        seed: SEED,
+    };
+    let bar = progress::bar(evaluation.units(), "Evaluating");
+    let cells = evaluation.run(&|| bar.inc(1));
+    bar.finish_and_clear();
+
+    let mut stdout = std::io::stdout();
+    writeln!(
+        stdout,
+        "{FLIGHTS} built-in flights of 15 s, five methods on the same readings\n"
+    )?;
+    stdout.write_all(table::render(&cells).as_bytes())?;
+    writeln!(stdout)?;
+    let figures = [
+        (
+            "trajectory.svg",
+            trajectory_figure::draw(&examples(&evaluation)),
+        ),
+        ("metrics.svg", metrics_figure::draw(&cells)),
+    ];
+    for (name, figure) in figures {
+        let path = args.out.join(name);
+        atomic_file::write(&path, figure.as_bytes())?;
+        writeln!(stdout, "{}", path.display())?;
+    }
+    let path = args.out.join("results.json");
+    let results = Results {
+        cells,
+        provenance: provenance(&flights, &models),
+    };
+    results_json::write(&path, &results)?;
+    writeln!(stdout, "{}", path.display())?;
+    Ok(())
+}
+
+/// One flight of a kind of its own per noise level, with gaps.
+fn examples<'a>(evaluation: &Evaluation<'a>) -> Vec<Example<'a>> {
+    let mut shown: Vec<&Flight> = Vec::new();
+    for flight in evaluation.segments {
+        if shown.iter().all(|other| kind(other) != kind(flight)) {
+            shown.push(flight);
+        }
+    }
+    let rate = SamplingRate::THREE_QUARTERS;
+    let example = |(noise, flight): (NoiseLevel, &'a Flight)| {
+        let condition = Condition { noise, rate };
+        let readings = evaluation.readings(flight, condition);
+        let tracks = evaluation.tracks(flight, &readings, condition);
+        Example {
+            flight,
+            noise,
+            rate,
+            readings,
+            tracks,
+        }
+    };
+    NoiseLevel::ALL
+        .into_iter()
+        .zip(shown)
+        .map(example)
+        .collect()
+}
+
+/// A generated flight's name without its number.
+fn kind(flight: &Flight) -> &str {
+    flight
+        .name
+        .rsplit_once('-')
+        .map_or(&flight.name, |(kind, _)| kind)
+}
+
+fn provenance(flights: &[Flight], models: &[Model]) -> Provenance {
+    Provenance {
+        command: command_line(),
+        version: env!("CARGO_PKG_VERSION"),
+        seed: SEED,
+        data: format!("built-in generator, seed {FLIGHT_SEED}"),
+        data_sha256: data_hash::of_flights(flights),
+        flights: flights.len(),
+        segments: flights.len(),
+        unplaced: Vec::new(),
+        segment_s: 0.0,
+        placed: false,
+        radar_m: [0.0; 3],
+        noise_table: NoiseTable::default(),
+        passes: None,
+        models: models.iter().map(ModelProvenance::from).collect(),
+    }
+}
