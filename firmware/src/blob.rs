@@ -17,12 +17,14 @@ const CRC32: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 pub enum Kind {
     /// Position from the previous and the current measurement (the paper's BNN, BNKF, BNKFe).
     Memoryless,
+    /// A schedule of the motion model of a recursive filter.
+    Recursive,
 }
 
 /// What the inputs of the network are, in order.
 ///
-/// Both layouts start with range, elevation, azimuth and range-rate of the previous measurement,
-/// then the same four of the current one.
+/// The polar layouts start with range, elevation, azimuth and range-rate of the previous
+/// measurement, then the same four of the current one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FeatureLayout {
     /// The paper's twelve: both measurements, then the four sigmas as they are.
@@ -30,6 +32,8 @@ pub enum FeatureLayout {
     /// Both measurements with the previous azimuth unwrapped towards the current one, the natural
     /// logarithms of the four sigmas, and the time between the measurements in seconds.
     Polar13,
+    /// State, covariance and statistics of the recursive filter; `BLOB.md` lists them.
+    Recursive64,
 }
 
 impl FeatureLayout {
@@ -38,6 +42,7 @@ impl FeatureLayout {
         match self {
             Self::Polar12 => 1,
             Self::Polar13 => 2,
+            Self::Recursive64 => 3,
         }
     }
 
@@ -46,6 +51,7 @@ impl FeatureLayout {
         match self {
             Self::Polar12 => 12,
             Self::Polar13 => 13,
+            Self::Recursive64 => 64,
         }
     }
 
@@ -60,6 +66,15 @@ impl Kind {
     pub const fn id(self) -> u8 {
         match self {
             Self::Memoryless => 1,
+            Self::Recursive => 2,
+        }
+    }
+
+    /// Number of parameters that follow the header.
+    pub const fn parameters(self) -> usize {
+        match self {
+            Self::Memoryless => field::MEMORYLESS_PARAMETERS,
+            Self::Recursive => field::RECURSIVE_PARAMETERS,
         }
     }
 }
@@ -190,14 +205,16 @@ impl<'a> Blob<'a> {
         check_frame(bytes)?;
         let kind = match bytes[field::KIND] {
             1 => Kind::Memoryless,
+            2 => Kind::Recursive,
             _ => return Err(Invalid(BlobField::Kind)),
         };
         if bytes[field::UNITS] != field::UNITS_SI {
             return Err(Invalid(BlobField::Units));
         }
-        let features = match bytes[field::FEATURES] {
-            1 => FeatureLayout::Polar12,
-            2 => FeatureLayout::Polar13,
+        let features = match (kind, bytes[field::FEATURES]) {
+            (Kind::Memoryless, 1) => FeatureLayout::Polar12,
+            (Kind::Memoryless, 2) => FeatureLayout::Polar13,
+            (Kind::Recursive, 3) => FeatureLayout::Recursive64,
             _ => return Err(Invalid(BlobField::Features)),
         };
         let networks = usize::from(bytes[field::NETWORKS]);
@@ -207,23 +224,28 @@ impl<'a> Blob<'a> {
         if inputs != features.len() {
             return Err(Invalid(BlobField::Inputs));
         }
-        match (networks, outputs) {
-            (1, 3) | (3, 1) => {}
-            (1 | 3, _) => return Err(Invalid(BlobField::Outputs)),
+        match (kind, networks, outputs) {
+            (Kind::Memoryless, 1, 3) | (Kind::Memoryless, 3, 1) => {}
+            (Kind::Recursive, 1, field::RECURSIVE_OUTPUTS) => {}
+            (Kind::Memoryless, 1 | 3, _) | (Kind::Recursive, 1, _) => {
+                return Err(Invalid(BlobField::Outputs));
+            }
             _ => return Err(Invalid(BlobField::Networks)),
         }
         if !(1..=field::PASSES_MAX).contains(&u16_at(bytes, field::PASSES.start)) {
             return Err(Invalid(BlobField::Passes));
         }
-        if parameters != field::MEMORYLESS_PARAMETERS {
+        if parameters != kind.parameters() {
             return Err(Invalid(BlobField::Parameters));
         }
         let mut reader = Reader {
             bytes,
             at: field::HEADER_LEN,
         };
-        for value in reader.floats(parameters)?.iter() {
-            if !(value.is_finite() && value > 0.0) {
+        for (index, value) in reader.floats(parameters)?.iter().enumerate() {
+            // A mean elevation may lie below the horizon; everything else is a size.
+            let signed = kind == Kind::Recursive && index == field::PARAMETER_ELEVATION;
+            if !(value.is_finite() && (value > 0.0 || signed)) {
                 return Err(Invalid(BlobField::Parameters));
             }
         }

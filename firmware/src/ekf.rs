@@ -8,6 +8,7 @@
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use crate::Measurement;
+use crate::kernel::sqrt;
 use crate::radar::{predict, wrap_angle};
 
 /// Why a correction was refused; the state is unchanged.
@@ -100,6 +101,21 @@ pub fn correct_polar<const N: usize>(
     covariance: &SMatrix<f32, N, N>,
     measurement: &Measurement,
 ) -> Result<Corrected<N>, EkfError> {
+    correct_polar_inflated(state, covariance, measurement, [0.0; 4]).map(|(corrected, _)| corrected)
+}
+
+/// [`correct_polar`] with variances added to those of elevation, azimuth, range and range-rate;
+/// also returns the innovations whitened in turn, each over its standard deviation given the ones
+/// before, whose squares sum to the NIS.
+///
+/// # Errors
+/// [`EkfError`]; the inputs are untouched.
+pub fn correct_polar_inflated<const N: usize>(
+    state: &SVector<f32, N>,
+    covariance: &SMatrix<f32, N, N>,
+    measurement: &Measurement,
+    inflation: [f32; 4],
+) -> Result<(Corrected<N>, [f32; 4]), EkfError> {
     const {
         assert!(
             N == 3 || N >= 6,
@@ -127,6 +143,7 @@ pub fn correct_polar<const N: usize>(
         covariance: *covariance,
         nis: 0.0,
     };
+    let mut whitened = [0.0; 4];
     for row in 0..if has_velocity { 4 } else { 3 } {
         let mut derivative = SVector::<f32, N>::zeros();
         for axis in 0..3 {
@@ -140,23 +157,19 @@ pub fn correct_polar<const N: usize>(
             innovation = wrap_angle(innovation);
         }
         innovation -= derivative.dot(&(corrected.state - state));
-        correct_scalar(
-            &mut corrected,
-            &derivative,
-            innovation,
-            sigmas[row] * sigmas[row],
-        )?;
+        let noise = sigmas[row] * sigmas[row] + inflation[row];
+        whitened[row] = correct_scalar(&mut corrected, &derivative, innovation, noise)?;
     }
-    corrected.checked()
+    Ok((corrected.checked()?, whitened))
 }
 
-/// One scalar correction in Joseph form.
+/// One scalar correction in Joseph form; returns the innovation over its standard deviation.
 fn correct_scalar<const N: usize>(
     corrected: &mut Corrected<N>,
     derivative: &SVector<f32, N>,
     innovation: f32,
     noise: f32,
-) -> Result<(), EkfError> {
+) -> Result<f32, EkfError> {
     let cross = corrected.covariance * derivative;
     let innovation_variance = derivative.dot(&cross) + noise;
     if !innovation_variance.is_finite() || !innovation.is_finite() {
@@ -182,7 +195,7 @@ fn correct_scalar<const N: usize>(
             return Err(EkfError::NotPositiveDefinite);
         }
     }
-    Ok(())
+    Ok(innovation / sqrt(innovation_variance))
 }
 
 #[cfg(test)]

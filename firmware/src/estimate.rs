@@ -9,6 +9,22 @@ pub enum Mode {
     Tracking,
     /// Without a measurement: extrapolated, with a covariance that grows.
     Coasting,
+    /// The measurement lay outside the gate and was not used.
+    Rejected,
+    /// The filter was started anew from the measurement: its state had left its bounds, or
+    /// measurements in a row lay outside the gate.
+    Restarted,
+}
+
+/// What a recursive tracker knows beside the position; frame as in [`Estimate`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// Velocity, m/s.
+    pub velocity_mps: [f32; 3],
+    /// Acceleration, m/s^2.
+    pub acceleration_mps2: [f32; 3],
+    /// Covariance of position, velocity and acceleration, three rows each.
+    pub covariance: [[f32; 9]; 9],
 }
 
 /// Position and covariance at one instant; frame x east, y north, z up, radar at the origin.
@@ -24,4 +40,6 @@ pub struct Estimate {
     pub nis: f32,
     /// How the estimate came about.
     pub mode: Mode,
+    /// Velocity, acceleration and the full covariance; a memoryless tracker has none.
+    pub motion: Option<Motion>,
 }

@@ -9,7 +9,7 @@ use crate::radar::wrap_angle;
 /// Most features of any layout.
 pub const FEATURES_MAX: usize = 13;
 
-/// The network's features, not yet normalised; `layout.len()` of them count.
+/// The memoryless network's features, not yet normalised; the layout's number of them count.
 ///
 /// `age_s` is the time from the previous to the current measurement. For a first measurement
 /// `previous` is the current one and the age zero.
@@ -23,7 +23,7 @@ pub fn features(
     let sigmas = [s.range_m, s.elevation_rad, s.azimuth_rad, s.range_rate_mps];
     let (previous_azimuth, sigmas) = match layout {
         FeatureLayout::Polar12 => (previous.azimuth_rad, sigmas),
-        FeatureLayout::Polar13 => {
+        FeatureLayout::Polar13 | FeatureLayout::Recursive64 => {
             let difference = wrap_angle(previous.azimuth_rad - current.azimuth_rad);
             (current.azimuth_rad + difference, sigmas.map(logf))
         }

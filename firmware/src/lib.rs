@@ -24,17 +24,17 @@ pub mod gaussian;
 pub mod kernel;
 pub mod layer;
 mod measurement;
+mod memoryless;
 pub mod monte_carlo;
 pub mod network;
 pub mod protocol;
 pub mod radar;
+pub mod recursive;
 pub mod rng;
 mod series;
 mod tracker;
 
-pub use estimate::{Estimate, Mode};
+pub use estimate::{Estimate, Mode, Motion};
 pub use features::{FEATURES_MAX, features};
 pub use measurement::{Measurement, MeasurementError, MeasurementField, Sigmas};
-pub use tracker::{
-    Correction, PREVIOUS_AGE_MAX_US, Settings, StepError, TRACKER_BYTES_MAX, Tracker, TrackerError,
-};
+pub use tracker::{Correction, Settings, StepError, TRACKER_BYTES_MAX, Tracker, TrackerError};

@@ -54,6 +54,41 @@ pub fn moments<const N: usize>(
     sums.moments()
 }
 
+/// Mean and variance of each of `N` outputs over `passes` passes by local reparameterisation: what
+/// is needed of many outputs without the memory of their covariance.
+pub fn separate_moments<const N: usize>(
+    network: &Network<'_>,
+    inputs: &[f32],
+    passes: u16,
+    rng: &mut impl Rng,
+    scratch: &mut Scratch,
+) -> ([f32; N], [f32; N]) {
+    network.prepare(inputs, scratch);
+    let mut origin = [0.0; N];
+    let mut first = [0.0; N];
+    let mut second = [0.0; N];
+    let mut left = usize::from(passes);
+    while left > 0 {
+        let outputs = network.sampled_passes(scratch, rng);
+        if left == usize::from(passes) {
+            origin = core::array::from_fn(|i| outputs[i][0]);
+        }
+        for i in 0..N {
+            for lane in 0..left.min(LANES) {
+                let difference = outputs[i][lane] - origin[i];
+                first[i] += difference;
+                second[i] += difference * difference;
+            }
+        }
+        left = left.saturating_sub(LANES);
+    }
+    let count = f32::from(passes);
+    let degrees = f32::from(passes.max(2) - 1);
+    let mean = core::array::from_fn(|i| origin[i] + first[i] / count);
+    let variance = core::array::from_fn(|i| (second[i] - first[i] * first[i] / count) / degrees);
+    (mean, variance)
+}
+
 /// Sums of differences from the first sample, which keeps f32 exact enough: the spread of the
 /// passes is small beside their mean.
 struct Sums<const N: usize> {

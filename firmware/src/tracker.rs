@@ -1,27 +1,13 @@
-//! The memoryless tracker: the network's estimate of the current position, corrected by the
-//! measurement (paper Section IV-C and IV-D).
+//! One target's tracker, memoryless or recursive as its blob says.
 //!
-//! The only owner of state: everything lives inside [`Tracker`], whose size is fixed.
+//! The only owner of filter state: everything lives inside [`Tracker`], whose size is fixed.
 
-use nalgebra::{Matrix3, Vector3};
-
-use crate::blob::{Blob, FeatureLayout, Floats, field};
-use crate::coast::{Fix, Population, extrapolate, seconds_between};
-use crate::ekf::{EkfError, correct_polar, correct_position};
-use crate::estimate::{Estimate, Mode};
-use crate::features::{FEATURES_MAX, features};
+use crate::blob::{Blob, Kind, field};
+use crate::ekf::EkfError;
+use crate::estimate::Estimate;
 use crate::measurement::{Measurement, MeasurementError};
-use crate::monte_carlo::{Sampling, moments};
-use crate::network::{Network, Scratch};
-use crate::radar::converted;
-use crate::rng::{Generator, seeded};
-
-/// A previous measurement older than this is forgotten: the next one starts anew.
-pub const PREVIOUS_AGE_MAX_US: u64 = 2_000_000;
-
-/// Variance added to each axis of the network's covariance, m^2: a millimetre, so that few passes
-/// or a collapsed posterior still give a positive definite matrix.
-const VARIANCE_FLOOR_M2: f32 = 1e-6;
+use crate::memoryless::Memoryless;
+use crate::recursive::Recursive;
 
 /// What the network's estimate is corrected with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,7 +16,8 @@ pub enum Correction {
     None,
     /// The measured position, converted to Cartesian (BNKF, BNKFe; paper Eq. 12-13).
     Converted,
-    /// The measured range, elevation and azimuth themselves.
+    /// The measured range, elevation and azimuth themselves, and range-rate where the state has a
+    /// velocity. The only one for a recursive blob.
     Polar,
 }
 
@@ -39,17 +26,23 @@ pub enum Correction {
 pub struct Settings {
     /// Correction step.
     pub correction: Correction,
-    /// Monte Carlo passes per estimate and network, 1 to [`field::PASSES_MAX`].
+    /// Monte Carlo passes per estimate and network, 1 to [`field::PASSES_MAX`]. For a recursive
+    /// blob one pass means every weight at its mean.
     pub passes: u16,
     /// Seed of the passes' generator.
     pub seed: u64,
 }
 
 impl Settings {
-    /// The blob's own number of passes, the paper's correction, seed 1.
+    /// The blob's own number of passes, the correction of its kind (the paper's for a memoryless
+    /// one), seed 1.
     pub fn of(blob: &Blob<'_>) -> Self {
+        let correction = match blob.kind() {
+            Kind::Memoryless => Correction::Converted,
+            Kind::Recursive => Correction::Polar,
+        };
         Self {
-            correction: Correction::Converted,
+            correction,
             passes: blob.passes(),
             seed: 1,
         }
@@ -61,6 +54,8 @@ impl Settings {
 pub enum TrackerError {
     /// The number of passes is zero or above [`field::PASSES_MAX`].
     Passes(u16),
+    /// A recursive blob takes [`Correction::Polar`] only.
+    Correction(Correction),
 }
 
 /// Why a step was refused; the tracker's state is as before, apart from its random stream.
@@ -89,6 +84,12 @@ impl core::fmt::Display for TrackerError {
             Self::Passes(passes) => {
                 write!(f, "passes: {passes} is not in 1..={}", field::PASSES_MAX)
             }
+            Self::Correction(correction) => {
+                write!(
+                    f,
+                    "correction: {correction:?} does not fit a recursive blob"
+                )
+            }
         }
     }
 }
@@ -114,22 +115,35 @@ impl core::fmt::Display for StepError {
 
 impl core::error::Error for StepError {}
 
-/// Estimates the position of one target from its radar measurements, with the networks of a
-/// memoryless blob: one for all axes (BNKF) or one per axis (BNKFe).
+/// Refuses a time before that of the latest step.
+pub(crate) fn check_time(latest_us: Option<u64>, given_us: u64) -> Result<(), StepError> {
+    match latest_us {
+        Some(latest_us) if given_us < latest_us => Err(StepError::TimeWentBack {
+            latest_us,
+            given_us,
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// Estimates the position of one target from its radar measurements.
+///
+/// A memoryless blob holds one network for all axes (BNKF) or one per axis (BNKFe) that answer
+/// with a position; a recursive blob holds one that schedules the motion model of a filter.
 pub struct Tracker<'a> {
-    blob: Blob<'a>,
     settings: Settings,
-    population: Population,
-    rng: Generator,
-    scratch: Scratch,
-    previous: Option<Measurement>,
-    latest_us: Option<u64>,
-    latest: Option<Fix>,
-    before: Option<Fix>,
+    inner: Inner<'a>,
+}
+
+// One tracker is made once and lives in static memory: the larger size is what counts.
+#[allow(clippy::large_enum_variant)]
+enum Inner<'a> {
+    Memoryless(Memoryless<'a>),
+    Recursive(Recursive<'a>),
 }
 
 /// Static memory of the tracker is part of its contract: what a caller must set aside.
-pub const TRACKER_BYTES_MAX: usize = 3_584;
+pub const TRACKER_BYTES_MAX: usize = 4_096;
 const _: () = assert!(size_of::<Tracker<'static>>() <= TRACKER_BYTES_MAX);
 
 impl<'a> Tracker<'a> {
@@ -141,21 +155,14 @@ impl<'a> Tracker<'a> {
         if !(1..=field::PASSES_MAX).contains(&settings.passes) {
             return Err(TrackerError::Passes(settings.passes));
         }
-        let parameters = blob.parameters();
-        Ok(Self {
-            blob,
-            settings,
-            population: Population {
-                speed_sigma: parameters.get(field::PARAMETER_SPEED_SIGMA),
-                acceleration_sigma: parameters.get(field::PARAMETER_ACCELERATION_SIGMA),
-            },
-            rng: seeded(settings.seed),
-            scratch: Scratch::new(),
-            previous: None,
-            latest_us: None,
-            latest: None,
-            before: None,
-        })
+        let inner = match blob.kind() {
+            Kind::Memoryless => Inner::Memoryless(Memoryless::new(blob, settings)),
+            Kind::Recursive if settings.correction != Correction::Polar => {
+                return Err(TrackerError::Correction(settings.correction));
+            }
+            Kind::Recursive => Inner::Recursive(Recursive::new(blob, settings)),
+        };
+        Ok(Self { settings, inner })
     }
 
     /// The settings given to [`Tracker::new`].
@@ -165,11 +172,10 @@ impl<'a> Tracker<'a> {
 
     /// Forgets the target and starts the random stream again.
     pub fn reset(&mut self) {
-        self.rng = seeded(self.settings.seed);
-        self.previous = None;
-        self.latest_us = None;
-        self.latest = None;
-        self.before = None;
+        match &mut self.inner {
+            Inner::Memoryless(tracker) => tracker.reset(),
+            Inner::Recursive(tracker) => tracker.reset(),
+        }
     }
 
     /// The estimate at the time of `measurement`.
@@ -178,133 +184,21 @@ impl<'a> Tracker<'a> {
     /// [`StepError`]; the measurement is then ignored.
     pub fn step(&mut self, measurement: &Measurement) -> Result<Estimate, StepError> {
         measurement.check().map_err(StepError::Measurement)?;
-        self.check_time(measurement.time_us)?;
-        let recent = self.previous.filter(|previous| {
-            measurement.time_us.saturating_sub(previous.time_us) <= PREVIOUS_AGE_MAX_US
-        });
-        let previous = recent.unwrap_or(*measurement);
-        let age_s = seconds_between(previous.time_us, measurement.time_us);
-        let (position, covariance) = self.infer(&previous, measurement, age_s);
-        if !position
-            .iter()
-            .chain(covariance.iter())
-            .all(|value| value.is_finite())
-        {
-            return Err(StepError::NetworkNotFinite);
+        match &mut self.inner {
+            Inner::Memoryless(tracker) => tracker.step(measurement),
+            Inner::Recursive(tracker) => tracker.step(measurement),
         }
-        let (position, covariance, nis) = match self.settings.correction {
-            Correction::None => (position, covariance, 0.0),
-            Correction::Converted => {
-                let (measured, noise) = converted(measurement);
-                correct_position(position, covariance, measured, noise)
-                    .map(|c| (c.state, c.covariance, c.nis))
-                    .map_err(StepError::Correction)?
-            }
-            Correction::Polar => correct_polar(&position, &covariance, measurement)
-                .map(|c| (c.state, c.covariance, c.nis))
-                .map_err(StepError::Correction)?,
-        };
-        let fix = Fix {
-            time_us: measurement.time_us,
-            position,
-            covariance,
-        };
-        self.before = recent.and(self.latest);
-        self.latest = Some(fix);
-        self.previous = Some(*measurement);
-        self.latest_us = Some(measurement.time_us);
-        let mode = if recent.is_some() {
-            Mode::Tracking
-        } else {
-            Mode::Started
-        };
-        Ok(estimate(&fix, nis, mode))
     }
 
-    /// The estimate at `time_us` without a measurement: the last two estimates extrapolated, with
-    /// a covariance that grows (rule in the module `coast`).
+    /// The estimate at `time_us` without a measurement, with a covariance that grows: by the motion
+    /// model of a recursive blob, and for a memoryless one by the rule in the module `coast`.
     ///
     /// # Errors
-    /// [`StepError::NotStarted`] or [`StepError::TimeWentBack`].
+    /// [`StepError::NotStarted`], [`StepError::TimeWentBack`] or [`StepError::NetworkNotFinite`].
     pub fn coast(&mut self, time_us: u64) -> Result<Estimate, StepError> {
-        self.check_time(time_us)?;
-        let latest = self.latest.as_ref().ok_or(StepError::NotStarted)?;
-        let fix = extrapolate(latest, self.before.as_ref(), self.population, time_us);
-        self.latest_us = Some(time_us);
-        Ok(estimate(&fix, 0.0, Mode::Coasting))
-    }
-
-    fn check_time(&self, given_us: u64) -> Result<(), StepError> {
-        match self.latest_us {
-            Some(latest_us) if given_us < latest_us => Err(StepError::TimeWentBack {
-                latest_us,
-                given_us,
-            }),
-            _ => Ok(()),
+        match &mut self.inner {
+            Inner::Memoryless(tracker) => tracker.coast(time_us),
+            Inner::Recursive(tracker) => tracker.coast(time_us),
         }
-    }
-
-    /// Mean (m) and covariance (m^2) of the networks' outputs for two measurements.
-    fn infer(
-        &mut self,
-        previous: &Measurement,
-        current: &Measurement,
-        age_s: f32,
-    ) -> (Vector3<f32>, Matrix3<f32>) {
-        let layout = self.blob.features();
-        let mut inputs = features(layout, previous, current, age_s);
-        normalise(layout, self.blob.input_normalisation(), &mut inputs);
-        let inputs = &inputs[..layout.len()];
-        let (passes, sampling) = (self.settings.passes, Sampling::Activations);
-        let mut mean = Vector3::zeros();
-        let mut covariance = Matrix3::zeros();
-        for (axis, view) in self.blob.networks().enumerate() {
-            let network = Network::new(view);
-            if self.blob.network_count() == 1 {
-                let joint = moments::<3>(
-                    &network,
-                    inputs,
-                    passes,
-                    sampling,
-                    &mut self.rng,
-                    &mut self.scratch,
-                );
-                mean = Vector3::from(joint.mean);
-                covariance = Matrix3::from_fn(|i, j| joint.covariance[i][j]);
-            } else {
-                let single = moments::<1>(
-                    &network,
-                    inputs,
-                    passes,
-                    sampling,
-                    &mut self.rng,
-                    &mut self.scratch,
-                );
-                mean[axis] = single.mean[0];
-                covariance[(axis, axis)] = single.covariance[0][0];
-            }
-        }
-        let output = self.blob.output_normalisation();
-        let scale = |axis: usize| output.get(2 * axis + 1);
-        let position = Vector3::from_fn(|axis, _| output.get(2 * axis) + scale(axis) * mean[axis]);
-        let covariance = Matrix3::from_fn(|i, j| covariance[(i, j)] * scale(i) * scale(j))
-            + Matrix3::identity() * VARIANCE_FLOOR_M2;
-        (position, covariance)
-    }
-}
-
-fn normalise(layout: FeatureLayout, pairs: Floats<'_>, inputs: &mut [f32; FEATURES_MAX]) {
-    for (i, input) in inputs.iter_mut().enumerate().take(layout.len()) {
-        *input = (*input - pairs.get(2 * i)) * pairs.get(2 * i + 1);
-    }
-}
-
-fn estimate(fix: &Fix, nis: f32, mode: Mode) -> Estimate {
-    Estimate {
-        time_us: fix.time_us,
-        position_m: fix.position.into(),
-        covariance_m2: core::array::from_fn(|i| core::array::from_fn(|j| fix.covariance[(i, j)])),
-        nis,
-        mode,
     }
 }

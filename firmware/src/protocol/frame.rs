@@ -5,7 +5,7 @@ use heapless::Vec;
 use serde::{Serialize, de::DeserializeOwned};
 
 /// Longest message, bytes.
-const MESSAGE_BYTES_MAX: usize = 256;
+const MESSAGE_BYTES_MAX: usize = 384;
 const CRC_BYTES: usize = 4;
 const BODY_BYTES_MAX: usize = MESSAGE_BYTES_MAX + CRC_BYTES;
 
@@ -188,7 +188,7 @@ mod tests {
 
     #[test]
     fn a_message_longer_than_a_frame_is_an_error() {
-        let long = [[0xa5u8; 32]; 9];
+        let long = [[0xa5u8; 32]; 13];
         assert_eq!(encode(&long), Err(EncodeError));
     }
 

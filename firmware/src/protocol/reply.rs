@@ -2,9 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Estimate, Mode, StepError, TrackerError};
+use crate::{Estimate, Mode, Motion, StepError, TrackerError};
 
 /// Image to host, one for each [`Request`](crate::protocol::Request).
+// One reply exists at a time; a smaller one would save nothing.
+#[allow(clippy::large_enum_variant)]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Reply {
     /// Answer to `Hello`.
@@ -43,6 +45,8 @@ pub struct EstimateFrame {
     pub nis: f32,
     /// What the tracker did.
     pub mode: ModeCode,
+    /// What a recursive tracker knows beside the position.
+    pub motion: Option<MotionFrame>,
     /// Ticks of the board's free-running counter spent inside the tracker. In QEMU under
     /// `-icount shift=0` one tick is one instruction; on a board it is one timer clock.
     pub ticks: u32,
@@ -60,7 +64,10 @@ impl EstimateFrame {
                 Mode::Started => ModeCode::Started,
                 Mode::Tracking => ModeCode::Tracking,
                 Mode::Coasting => ModeCode::Coasting,
+                Mode::Rejected => ModeCode::Rejected,
+                Mode::Restarted => ModeCode::Restarted,
             },
+            motion: estimate.motion.as_ref().map(MotionFrame::new),
             ticks,
         }
     }
@@ -74,9 +81,48 @@ impl EstimateFrame {
             for (bit, value) in bits.iter_mut().zip(values.chain([&e.nis])) {
                 *bit = value.to_bits();
             }
-            bits
+            (bits, e.motion.map(|motion| motion.bits()))
         };
         self.time_us == other.time_us && self.mode == other.mode && floats(self) == floats(other)
+    }
+}
+
+/// A recursive tracker's motion on the wire; frame as in [`Measurement`](crate::Measurement).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MotionFrame {
+    /// Velocity, m/s.
+    pub velocity_mps: [f32; 3],
+    /// Acceleration, m/s^2.
+    pub acceleration_mps2: [f32; 3],
+    /// Lower triangle of the covariance of position, velocity and acceleration, row by row.
+    pub covariance: [[f32; 9]; 5],
+}
+
+impl MotionFrame {
+    fn new(motion: &Motion) -> Self {
+        let mut covariance = [[0.0; 9]; 5];
+        let rows = motion.covariance.iter().enumerate();
+        let lower = rows.flat_map(|(row, values)| &values[..=row]);
+        for (slot, value) in covariance.as_flattened_mut().iter_mut().zip(lower) {
+            *slot = *value;
+        }
+        Self {
+            velocity_mps: motion.velocity_mps,
+            acceleration_mps2: motion.acceleration_mps2,
+            covariance,
+        }
+    }
+
+    fn bits(&self) -> [u32; 51] {
+        let mut bits = [0; 51];
+        let values = self.velocity_mps.iter().chain(&self.acceleration_mps2);
+        for (bit, value) in bits
+            .iter_mut()
+            .zip(values.chain(self.covariance.as_flattened()))
+        {
+            *bit = value.to_bits();
+        }
+        bits
     }
 }
 
@@ -89,6 +135,10 @@ pub enum ModeCode {
     Tracking,
     /// No measurement; the last estimates were carried on.
     Coasting,
+    /// The measurement lay outside the gate.
+    Rejected,
+    /// The filter was started anew.
+    Restarted,
 }
 
 /// Memory in use on the target, bytes.
@@ -128,7 +178,7 @@ pub enum RefusalCode {
 impl From<TrackerError> for RefusalCode {
     fn from(error: TrackerError) -> Self {
         match error {
-            TrackerError::Passes(_) => Self::Settings,
+            TrackerError::Passes(_) | TrackerError::Correction(_) => Self::Settings,
         }
     }
 }
@@ -180,6 +230,13 @@ mod tests {
                 covariance_m2: [row(2.5), row(3.5), row(4.5)],
                 nis: -0.0,
                 mode: ModeCode::Coasting,
+                motion: Some(MotionFrame {
+                    velocity_mps: row(5.5),
+                    acceleration_mps2: row(6.5),
+                    covariance: core::array::from_fn(|i| {
+                        core::array::from_fn(|j| (9 * i + j) as f32 + 7.25)
+                    }),
+                }),
                 ticks: u32::MAX,
             }),
             Reply::Budget(BudgetFrame {
@@ -200,12 +257,16 @@ mod tests {
         let mut dearer = base;
         dearer.ticks = 1;
         assert!(base.same_bits(&dearer));
-        for float in 0..13 {
+        for float in 0..64 {
             let mut other = base;
+            let motion = other.motion.as_mut().expect("widest");
             let value = match float {
                 0..3 => &mut other.position_m[float],
                 3..12 => &mut other.covariance_m2[(float - 3) / 3][float % 3],
-                _ => &mut other.nis,
+                12 => &mut other.nis,
+                13..16 => &mut motion.velocity_mps[float - 13],
+                16..19 => &mut motion.acceleration_mps2[float - 16],
+                _ => &mut motion.covariance.as_flattened_mut()[float - 19],
             };
             *value = f32::from_bits(value.to_bits() ^ 1);
             assert!(!base.same_bits(&other), "float {float}");
@@ -219,7 +280,10 @@ mod tests {
     fn every_reply_fits_a_frame_and_comes_back() {
         for reply in widest() {
             let frame = encode(&reply).unwrap();
-            assert!(frame.len() <= FRAME_BYTES_MAX / 2, "no room left to grow");
+            assert!(
+                frame.len() <= FRAME_BYTES_MAX * 3 / 4,
+                "no room left to grow"
+            );
             let mut reader = FrameReader::new();
             let read: std::vec::Vec<_> = frame.iter().filter_map(|&b| reader.push(b)).collect();
             assert_eq!(read, [Ok(reply)]);
