@@ -8,6 +8,7 @@ pub mod flight_folder;
 pub mod flight_statistics;
 pub mod gaps;
 pub mod generator;
+pub mod kernel;
 pub mod noise;
 pub mod placement;
 pub mod polar;
