@@ -18,7 +18,7 @@ pub use adam::{AdamStep, Moments, Posterior, adam};
 pub use aligned::Aligned;
 pub use gelu::{Hidden, hidden_backward, hidden_forward, sample_output};
 pub use normal::{exp_in_place, fill_normal};
-pub use product::{rows_times, transposed_times};
+pub use product::{add_columns, rows_times, transposed_times};
 pub use tier::Tier;
 
 /// Row strides are multiples of this many values: one 512-bit register.

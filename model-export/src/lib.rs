@@ -1,5 +1,6 @@
 //! Flights, radar sampling, training and export of variational Bayesian networks.
 
+pub mod architecture;
 pub mod atomic_file;
 pub mod data_hash;
 pub mod flight;
@@ -7,9 +8,13 @@ pub mod flight_csv;
 pub mod flight_folder;
 pub mod flight_statistics;
 pub mod gaps;
+pub mod gaussian_weights;
 pub mod generator;
+pub mod gradient;
 pub mod kernel;
+pub mod network_f64;
 pub mod noise;
+mod padded_weights;
 pub mod placement;
 pub mod polar;
 pub mod radar_sampling;
@@ -17,7 +22,9 @@ pub mod random_source;
 pub mod reading;
 pub mod recursive;
 pub mod rigid_move;
+pub mod rows;
 pub mod seed;
 pub mod segment;
+mod shard;
 pub mod track_error;
 pub mod volume;

@@ -36,6 +36,21 @@ per_tier! {
     ) => transposed_times_tiled::<4, 4>, transposed_times_tiled::<4, 16>, transposed_times_wide
 }
 
+per_tier! {
+    /// `sums[j] += sum over r of a[r][j]`, rows in order; `sums` holds one row of `a`.
+    fn add_columns(a: &[f32], sums: &mut [f32])
+        => add_columns_body, add_columns_body, add_columns_body
+}
+
+#[inline(always)]
+fn add_columns_body(a: &[f32], sums: &mut [f32]) {
+    for row in a.chunks_exact(sums.len()) {
+        for (sum, value) in sums.iter_mut().zip(row) {
+            *sum += value;
+        }
+    }
+}
+
 #[inline(always)]
 fn rows_times_wide(
     depth: usize,
@@ -90,7 +105,8 @@ fn rows_times_tiled<const TALL: usize, const WIDE: usize>(
         let a_rows: [&[f32]; TALL] = std::array::from_fn(|r| &a[(i + r) * a_stride..][..depth]);
         for j in (0..columns).step_by(WIDE) {
             let mut tile = [tile_row::<WIDE>(start, j); TALL];
-            for (p, b_row) in b.chunks_exact(columns).enumerate() {
+            // The range lets the compiler see that `p` is within every row.
+            for (p, b_row) in (0..depth).zip(b.chunks_exact(columns)) {
                 let b_row = tile_row::<WIDE>(b_row, j);
                 for r in 0..TALL {
                     let factor = a_rows[r][p];
