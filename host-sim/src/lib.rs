@@ -1,13 +1,16 @@
 //! The simulated measurement loop: baselines, metrics, reports, and the image in QEMU.
 
 pub mod baseline;
+pub mod bootstrap;
 pub mod cell;
 pub mod chi_square;
 pub mod cmd;
+pub mod consistency;
 pub mod default_models;
 pub mod evaluation;
 pub mod filter;
 pub mod flight_set;
+pub mod fold;
 pub mod image_build;
 pub mod image_equality;
 pub mod image_log;
@@ -15,6 +18,8 @@ pub mod image_session;
 pub mod method;
 pub mod metrics;
 pub mod model;
+pub mod paired;
+pub mod phase;
 pub mod plot;
 pub mod progress;
 pub mod qemu;
