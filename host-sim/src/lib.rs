@@ -9,7 +9,6 @@ pub mod consistency;
 pub mod default_models;
 pub mod evaluation;
 pub mod filter;
-pub mod flight_set;
 pub mod fold;
 pub mod image_build;
 pub mod image_equality;

@@ -6,6 +6,7 @@ pub mod data_hash;
 pub mod flight;
 pub mod flight_csv;
 pub mod flight_folder;
+pub mod flight_set;
 pub mod flight_statistics;
 pub mod gaps;
 pub mod gaussian_weights;

@@ -9,12 +9,12 @@ use bnkf_model_export::segment::PAPER_SEGMENT_S;
 use bnkf_model_export::volume::Volume;
 
 use crate::evaluation::{Condition, Evaluation};
-use crate::flight_set::{FlightSet, FlightSetError, Preparation};
 use crate::method::Method;
 use crate::model::{Model, ModelError};
 use crate::results_json::{self, ModelProvenance, Provenance, Results, command_line};
 use crate::roster::{Roster, RosterError};
 use crate::{default_models, progress, table};
+use bnkf_model_export::flight_set::{FlightSet, FlightSetError, Preparation};
 
 /// Scores every method on recorded flights, at three noise levels and three sampling rates.
 #[derive(Clone, Debug, clap::Args)]

@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use bnkf_model_export::data_hash;
-use bnkf_model_export::flight::Flight;
-use bnkf_model_export::flight_folder::{FlightFolderError, read_flights};
-use bnkf_model_export::placement::place;
-use bnkf_model_export::segment::{SegmentError, segments};
-use bnkf_model_export::volume::Volume;
+use crate::data_hash;
+use crate::flight::Flight;
+use crate::flight_folder::{FlightFolderError, read_flights};
+use crate::placement::place;
+use crate::segment::{SegmentError, segments};
+use crate::volume::Volume;
 
-/// What is done with flights before they are evaluated.
+/// What is done with flights before they are used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Preparation {
     /// Length of the segments that flights are cut into, seconds; 0 keeps them whole.
@@ -22,7 +22,7 @@ pub struct Preparation {
     pub seed: u64,
 }
 
-/// Flights that are ready to be evaluated.
+/// Flights that are ready to be sampled.
 #[derive(Clone, Debug)]
 pub struct FlightSet {
     /// Number of flights before cutting.
@@ -35,7 +35,7 @@ pub struct FlightSet {
     pub sha256: String,
 }
 
-/// Why there is nothing to evaluate.
+/// Why there are no flights.
 #[derive(Debug, thiserror::Error)]
 pub enum FlightSetError {
     /// A file or folder cannot be read, or a file is not a flight.
@@ -102,8 +102,8 @@ impl FlightSet {
 
 #[cfg(test)]
 mod tests {
-    use bnkf_model_export::flight::Flight;
-    use bnkf_model_export::volume::Volume;
+    use crate::flight::Flight;
+    use crate::volume::Volume;
 
     use super::{FlightSet, FlightSetError, Preparation};
 
