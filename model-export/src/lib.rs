@@ -2,6 +2,7 @@
 
 pub mod architecture;
 pub mod atomic_file;
+pub mod blob_writer;
 pub mod data_hash;
 pub mod flight;
 pub mod flight_csv;
@@ -18,6 +19,7 @@ pub mod noise;
 mod padded_weights;
 pub mod placement;
 pub mod polar;
+pub mod quantise;
 pub mod radar_sampling;
 pub mod random_source;
 pub mod reading;
