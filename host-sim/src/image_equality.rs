@@ -46,6 +46,30 @@ pub struct Comparison {
     pub ticks_coasted: Vec<u32>,
 }
 
+/// Smallest, middle and largest of some counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Spread {
+    /// Smallest.
+    pub min: u32,
+    /// Lower median.
+    pub median: u32,
+    /// Largest.
+    pub max: u32,
+}
+
+impl Spread {
+    /// The spread of `counts`, or `None` when there are none.
+    pub fn of(counts: &[u32]) -> Option<Self> {
+        let mut sorted = counts.to_vec();
+        sorted.sort_unstable();
+        Some(Self {
+            min: *sorted.first()?,
+            median: *sorted.get((sorted.len() - 1) / 2)?,
+            max: *sorted.last()?,
+        })
+    }
+}
+
 /// Why the two cannot be compared.
 #[derive(Debug, thiserror::Error)]
 pub enum EqualityError {
@@ -134,5 +158,18 @@ impl std::fmt::Display for Difference {
             show(&self.image),
             show(&self.host)
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Spread;
+
+    #[test]
+    fn a_spread_does_not_depend_on_the_order() {
+        assert_eq!(Spread::of(&[]), None);
+        let spread = |min, median, max| Some(Spread { min, median, max });
+        assert_eq!(Spread::of(&[5]), spread(5, 5, 5));
+        assert_eq!(Spread::of(&[9, 1, 4, 2]), spread(1, 2, 9));
     }
 }

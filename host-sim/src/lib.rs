@@ -13,6 +13,7 @@ pub mod fold;
 pub mod image_build;
 pub mod image_equality;
 pub mod image_log;
+pub mod image_report;
 pub mod image_session;
 pub mod method;
 pub mod metrics;

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use bnkf_host_sim::cmd::{demo, evaluate};
+use bnkf_host_sim::cmd::{demo, evaluate, image};
 use clap::{Parser, Subcommand};
 
 /// Simulated measurement loop of the Bayesian neural Kalman tracker.
@@ -20,6 +20,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Evaluate(evaluate::Args),
+    Image(image::Args),
 }
 
 fn main() -> ExitCode {
@@ -27,6 +28,7 @@ fn main() -> ExitCode {
     match cli.command {
         None => exit_code(demo::run(&cli.demo)),
         Some(Command::Evaluate(args)) => exit_code(evaluate::run(&args)),
+        Some(Command::Image(args)) => exit_code(image::run(&args)),
     }
 }
 

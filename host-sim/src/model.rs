@@ -66,6 +66,11 @@ impl Model {
         }
     }
 
+    /// Its bytes.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
     /// The view over its bytes.
     ///
     /// # Panics

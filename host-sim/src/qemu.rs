@@ -209,7 +209,7 @@ impl Process {
         let text = std::fs::read(self.folder.path().join(STDERR_FILE)).unwrap_or_default();
         Some(QemuError::Ended {
             status,
-            stderr: String::from_utf8_lossy(&text).trim().to_owned(),
+            stderr: String::from_utf8_lossy(&text).trim().replace('\n', "; "),
         })
     }
 }

@@ -1,0 +1,308 @@
+//! `host-sim image`: the Cortex-M4F image in QEMU beside the host, bit for bit.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use bnkf::{Correction, Measurement, Settings, Tracker};
+use bnkf_model_export::flight::Flight;
+use bnkf_model_export::flight_csv::{FlightFileError, read_flight_csv};
+use bnkf_model_export::gaps::SamplingRate;
+use bnkf_model_export::generator::{GeneratorError, GeneratorSettings, generate};
+use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
+use bnkf_model_export::radar_sampling::{RadarSettings, sample_radar, time_us};
+
+use crate::default_models;
+use crate::image_build::{ImageBuildError, build_image};
+use crate::image_equality::{Comparison, Difference, EqualityError, RecordedStep, compare};
+use crate::image_log::{ImageLogError, LogTable};
+use crate::image_report::{figures, grouped};
+use crate::image_session::{ImageSession, SessionError};
+use crate::model::{Model, ModelError};
+use crate::qemu::QemuError;
+use crate::toolchain::{Toolchain, ToolchainChoice, ToolchainError};
+
+/// Longest wait for one answer: the base for a slow machine, and a share for every pass.
+const ANSWER_TIME_BASE: Duration = Duration::from_secs(60);
+const ANSWER_TIME_PER_PASS: Duration = Duration::from_millis(200);
+
+/// Runs the microcontroller's image in QEMU over a flight and compares every estimate with the host's.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Args {
+    /// Image to run instead of building one
+    #[arg(long, value_name = "ELF")]
+    pub image: Option<PathBuf>,
+    /// Blob to put into the image and to run on the host (default: the built-in BNKF)
+    #[arg(long, value_name = "BLOB")]
+    pub model: Option<PathBuf>,
+    /// Flight file (timestamp,tx,ty,tz); `builtin` generates a flight of 150 samples
+    #[arg(long, value_name = "CSV", default_value = BUILTIN)]
+    pub flight: PathBuf,
+    /// Noise level of the radar
+    #[arg(long, value_enum, default_value_t = NoiseLevel::Medium)]
+    pub noise: NoiseLevel,
+    /// How the angle figures of the noise levels are read: radians, or degrees as printed
+    #[arg(long, value_enum, default_value_t = NoiseTable::Radians)]
+    pub noise_table: NoiseTable,
+    /// Part of the samples that is measured; the image coasts through the rest
+    #[arg(long, default_value = "0.75", value_parser = sampling_rate)]
+    pub rate: SamplingRate,
+    /// Correction after the network
+    #[arg(long, value_enum, default_value_t = CorrectionChoice::Converted)]
+    pub correction: CorrectionChoice,
+    /// Monte Carlo passes per estimate (default: the model's own number)
+    #[arg(long, value_name = "N")]
+    pub passes: Option<u16>,
+    /// Seed of the flight, the radar's noise and the Monte Carlo passes
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Compiler for the image
+    #[arg(long, value_enum, default_value_t = ToolchainChoice::Auto)]
+    pub toolchain: ToolchainChoice,
+    /// Prints what the image logged
+    #[arg(long)]
+    pub log: bool,
+}
+
+const BUILTIN: &str = "builtin";
+
+/// The correction after the network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum CorrectionChoice {
+    /// The network alone (BNN)
+    None,
+    /// The converted position (BNKF, BNKFe)
+    Converted,
+    /// Range, elevation and azimuth themselves
+    Polar,
+}
+
+impl From<CorrectionChoice> for Correction {
+    fn from(choice: CorrectionChoice) -> Self {
+        match choice {
+            CorrectionChoice::None => Self::None,
+            CorrectionChoice::Converted => Self::Converted,
+            CorrectionChoice::Polar => Self::Polar,
+        }
+    }
+}
+
+fn sampling_rate(text: &str) -> Result<SamplingRate, String> {
+    let rate = text
+        .parse()
+        .map_err(|_| format!("`{text}` is not a number"))?;
+    SamplingRate::new(rate).map_err(|error| error.to_string())
+}
+
+/// Why the command failed.
+#[derive(Debug, thiserror::Error)]
+pub enum ImageError {
+    /// The blob cannot be used.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// There is no built-in model.
+    #[error("there is no built-in model with one network: give one with --model")]
+    NoModel,
+    /// The flight file cannot be read.
+    #[error(transparent)]
+    Flight(#[from] FlightFileError),
+    /// The flight cannot be generated.
+    #[error(transparent)]
+    Generator(#[from] GeneratorError),
+    /// No compiler for the target.
+    #[error(transparent)]
+    Toolchain(#[from] ToolchainError),
+    /// The image cannot be built.
+    #[error(transparent)]
+    Build(#[from] ImageBuildError),
+    /// The image cannot be run, or refuses the settings.
+    #[error(transparent)]
+    Equality(#[from] EqualityError),
+    /// A file cannot be read or made.
+    #[error("{}: {cause}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+    /// The image's log cannot be read.
+    #[error(transparent)]
+    Log(#[from] ImageLogError),
+    /// Standard output was closed.
+    #[error("standard output: {0}")]
+    Output(#[from] std::io::Error),
+    /// The image holds another blob, which happens to give the same estimates.
+    #[error("the image holds the blob {image:08x}, not {model:08x}")]
+    OtherBlob {
+        /// Checksum of the image's blob.
+        image: u32,
+        /// Checksum of the model.
+        model: u32,
+    },
+    /// Not every estimate is the same.
+    #[error("{differing} of {steps} estimates differ between image and host; the first: {first}")]
+    Differs {
+        /// Steps that differ.
+        differing: usize,
+        /// All steps.
+        steps: usize,
+        /// The first difference.
+        first: Box<Difference>,
+    },
+}
+
+impl From<SessionError> for ImageError {
+    fn from(error: SessionError) -> Self {
+        Self::Equality(error.into())
+    }
+}
+
+impl From<QemuError> for ImageError {
+    fn from(error: QemuError) -> Self {
+        SessionError::from(error).into()
+    }
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// See [`ImageError`]; any difference is one.
+pub fn run(args: &Args) -> Result<(), ImageError> {
+    let model = model(args.model.as_deref())?;
+    let blob = model.blob();
+    let mut settings = Settings {
+        correction: args.correction.into(),
+        seed: args.seed,
+        ..Settings::of(&blob)
+    };
+    settings.passes = args.passes.unwrap_or(settings.passes);
+    // The settings are checked before anything slow is started.
+    Tracker::new(blob, settings).map_err(EqualityError::from)?;
+    let flight = flight(args)?;
+    let steps = record(&flight, args);
+
+    let built = tempfile::NamedTempFile::new()?;
+    let image = match &args.image {
+        Some(image) => image.as_path(),
+        None => {
+            let toolchain = Toolchain::find(args.toolchain)?;
+            eprintln!("building the image with {toolchain}");
+            build_image(&toolchain, model.bytes(), built.path())?;
+            built.path()
+        }
+    };
+    let answer_time_max = ANSWER_TIME_BASE + ANSWER_TIME_PER_PASS * u32::from(settings.passes);
+    let mut session = ImageSession::boot(image, answer_time_max)?;
+    let comparison = compare(&mut session, blob, settings, &steps)?;
+    let budget = session.budget()?;
+
+    let mut report = String::new();
+    let gaps = steps.iter().filter(|s| s.measurement.is_none()).count();
+    report += &format!(
+        "model         {}, {} bytes, CRC {:08x}\n\
+         flight        {}, {} noise, rate {}: {} steps, {gaps} of them in gaps\n",
+        model.source,
+        grouped(model.bytes().len()),
+        blob.checksum(),
+        flight.name,
+        args.noise,
+        args.rate,
+        steps.len(),
+    );
+    if session.ready().blob_crc != blob.checksum() {
+        report += &format!(
+            "image         holds another blob, CRC {:08x}\n",
+            session.ready().blob_crc
+        );
+    }
+    report += &figures(&comparison, &session.ready(), &budget, settings.passes);
+    std::io::stdout().write_all(report.as_bytes())?;
+    if args.log {
+        let elf = std::fs::read(image).map_err(|cause| ImageError::Io {
+            path: image.to_owned(),
+            cause,
+        })?;
+        for line in LogTable::of_image(&elf)?.decode(&session.log()?)? {
+            println!("log           {line}");
+        }
+    }
+    verdict(&comparison, session.ready().blob_crc, blob.checksum())
+}
+
+fn model(path: Option<&Path>) -> Result<Model, ImageError> {
+    if let Some(path) = path {
+        return Ok(Model::read(path)?);
+    }
+    default_models::load()?
+        .into_iter()
+        .find(|model| model.blob().network_count() == 1)
+        .ok_or(ImageError::NoModel)
+}
+
+fn flight(args: &Args) -> Result<Flight, ImageError> {
+    if args.flight != Path::new(BUILTIN) {
+        return Ok(read_flight_csv(&args.flight)?);
+    }
+    let settings = GeneratorSettings {
+        flights: 1,
+        seed: args.seed,
+        ..GeneratorSettings::default()
+    };
+    Ok(generate(&settings)?.remove(0))
+}
+
+/// What the radar reports of the flight, step by step.
+fn record(flight: &Flight, args: &Args) -> Vec<RecordedStep> {
+    let radar = RadarSettings::paper(args.noise, args.noise_table, args.rate, args.seed);
+    let readings = sample_radar(flight, &radar);
+    let steps = flight.samples.iter().zip(readings);
+    steps
+        .map(|(sample, reading)| RecordedStep {
+            time_us: time_us(flight, sample.time_s),
+            measurement: reading.as_ref().map(Measurement::from),
+        })
+        .collect()
+}
+
+fn verdict(comparison: &Comparison, image: u32, model: u32) -> Result<(), ImageError> {
+    match comparison.first_difference {
+        Some(first) => Err(ImageError::Differs {
+            differing: comparison.steps - comparison.identical,
+            steps: comparison.steps,
+            first: Box::new(first),
+        }),
+        None if image != model => Err(ImageError::OtherBlob { image, model }),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bnkf::protocol::RefusalCode;
+
+    use super::*;
+
+    #[test]
+    fn any_difference_is_a_failure() {
+        let mut comparison = Comparison {
+            steps: 150,
+            identical: 150,
+            refused: 0,
+            first_difference: None,
+            ticks_measured: vec![3, 1, 2],
+            ticks_coasted: vec![],
+        };
+        assert!(verdict(&comparison, 7, 7).is_ok());
+        assert!(verdict(&comparison, 7, 8).is_err());
+        comparison.identical = 149;
+        comparison.first_difference = Some(Difference {
+            step: 3,
+            image: Err(RefusalCode::Time),
+            host: Err(RefusalCode::Numerical),
+        });
+        let error = verdict(&comparison, 7, 7).unwrap_err().to_string();
+        assert!(error.starts_with("1 of 150 estimates differ"), "{error}");
+        assert!(error.contains("step 3"), "{error}");
+    }
+}
