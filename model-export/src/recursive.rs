@@ -4,15 +4,25 @@
 //! twin of the firmware's `f32` step; recorded on a [`tape::Tape`] it becomes a [`program::Program`]
 //! that runs forwards and backwards over lanes of flights.
 
+pub mod augmentation;
+pub mod batch;
 pub mod carry;
 pub mod correction;
+pub mod encounter;
+pub(crate) mod execution;
 pub mod features;
 pub mod lanes;
 pub mod line_of_sight;
 pub mod motion;
+pub mod network;
 pub mod program;
+pub mod recipe;
 pub mod scalar;
 pub mod schedule;
+pub mod score;
+pub mod simplification;
 pub mod start;
 pub mod step;
 pub mod tape;
+pub mod training;
+pub mod unrolled;

@@ -11,15 +11,14 @@ pub const MEASUREMENT: usize = 4;
 /// Running means of the velocity.
 pub const MEANS: usize = 4;
 /// Numbers that the network writes for itself to read at the next step.
-pub const MEMORY: usize = 12;
+pub const MEMORY: usize = 9;
 /// Numbers in a [`Carry`].
-pub const CARRY: usize = STATE + COVARIANCE + 3 * MEASUREMENT + 3 + 3 * MEANS + MEMORY;
+pub const CARRY: usize = STATE + COVARIANCE + 4 * MEASUREMENT + 2 + 3 * MEANS + MEMORY;
 
 /// Time constants of the running means of the velocity, seconds.
 pub const MEAN_TIMES_S: [f64; MEANS] = [0.25, 0.7, 2.0, 6.0];
 /// Time constants of the network's own memory, seconds.
-pub const MEMORY_TIMES_S: [f64; MEMORY] =
-    [0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8, 1.2, 1.7, 2.5, 3.5, 5.0];
+pub const MEMORY_TIMES_S: [f64; MEMORY] = [0.1, 0.15, 0.25, 0.4, 0.7, 1.1, 1.8, 3.0, 5.0];
 
 /// Filter state, its covariance and the statistics that the network reads.
 ///
@@ -35,8 +34,8 @@ pub struct Carry<S> {
     pub innovation: [S; MEASUREMENT],
     /// Running mean of `innovation` over measurements.
     pub drift: [S; MEASUREMENT],
-    /// Running mean over measurements of the normalised innovation squared over four.
-    pub surprise: S,
+    /// Running mean over measurements of the squares of `innovation`; one is honest.
+    pub squares: [S; MEASUREMENT],
     /// Natural logarithm of the last measurement's sigmas (rad, rad, m, m/s).
     pub ln_sigmas: [S; MEASUREMENT],
     /// Time since the last measurement, seconds.
@@ -59,7 +58,7 @@ impl<S: Scalar> Carry<S> {
         }
         flat.extend(self.innovation);
         flat.extend(self.drift);
-        flat.push(self.surprise);
+        flat.extend(self.squares);
         flat.extend(self.ln_sigmas);
         flat.extend([self.coast_s, self.age_s]);
         flat.extend(self.velocity_means.iter().flatten());
@@ -90,7 +89,7 @@ impl<S: Scalar> Carry<S> {
             covariance,
             innovation: core::array::from_fn(|_| next()),
             drift: core::array::from_fn(|_| next()),
-            surprise: next(),
+            squares: core::array::from_fn(|_| next()),
             ln_sigmas: core::array::from_fn(|_| next()),
             coast_s: next(),
             age_s: next(),

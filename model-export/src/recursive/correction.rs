@@ -5,6 +5,10 @@ use super::line_of_sight::LineOfSight;
 use super::motion::Matrix;
 use super::scalar::Scalar;
 
+/// Normalised innovation squared at which a measurement is taken for an outlier. Chi-square with
+/// four degrees of freedom passes it once in 20 million.
+pub const GATE: f64 = 40.0;
+
 /// A corrected state and what the measurement said about it.
 #[derive(Clone, Copy, Debug)]
 pub struct Corrected<S> {
@@ -14,6 +18,8 @@ pub struct Corrected<S> {
     pub covariance: Matrix<S>,
     /// Innovation whitened by the Cholesky factor of its covariance; its squares sum to the NIS.
     pub whitened: [S; MEASUREMENT],
+    /// One when the measurement was used, zero in a gap or when the gate refused it.
+    pub used: S,
 }
 
 /// Elevation, azimuth, range and range-rate of a state, and their derivatives by position and
@@ -114,14 +120,15 @@ pub fn curvature<S: Scalar>(
 
 /// Corrects a predicted state with elevation, azimuth, range and range-rate.
 ///
-/// `measured` is one when there is a measurement and zero in a gap; then nothing changes.
+/// `measured` is one when there is a measurement and zero in a gap; then nothing changes. Nor does
+/// it when the normalised innovation squared reaches [`GATE`].
 /// The covariance loses `W' W` with `W = L^-1 H P` and `L L' = S`, which equals Joseph's form in
 /// exact arithmetic.
 pub fn correct<S: Scalar>(
     state: &[S; STATE],
     covariance: &Matrix<S>,
     measurement: &[S; MEASUREMENT],
-    sigmas: &[S; MEASUREMENT],
+    variances: &[S; MEASUREMENT],
     measured: S,
 ) -> Corrected<S> {
     let zero = S::constant(0.0);
@@ -148,10 +155,13 @@ pub fn correct<S: Scalar>(
                 spread[i][j] = spread[i][j] + gained[i][k] * jacobian[j][k];
             }
         }
-        spread[i][i] = spread[i][i] + sigmas[i] * sigmas[i] + curvature[i];
+        spread[i][i] = spread[i][i] + variances[i] + curvature[i];
     }
     let factor = cholesky(&spread);
     let whitened = forward_substitute(&factor, innovation);
+    let nis = whitened.iter().fold(zero, |sum, &y| sum + y * y);
+    // A step from one to zero at the gate, narrow enough to be one.
+    let used = measured * ((S::constant(GATE) - nis) * S::constant(1e6)).clamp(0.0, 1.0);
     let mut whitened_rows = [[zero; STATE]; MEASUREMENT];
     for column in 0..STATE {
         let rows = forward_substitute(&factor, core::array::from_fn(|i| gained[i][column]));
@@ -166,13 +176,13 @@ pub fn correct<S: Scalar>(
         for i in 0..MEASUREMENT {
             shift = shift + whitened_rows[i][row] * whitened[i];
         }
-        corrected[row] = state[row] + measured * shift;
+        corrected[row] = state[row] + used * shift;
         for column in 0..=row {
             let mut loss = zero;
             for i in 0..MEASUREMENT {
                 loss = loss + whitened_rows[i][row] * whitened_rows[i][column];
             }
-            remaining[row][column] = covariance[row][column] - measured * loss;
+            remaining[row][column] = covariance[row][column] - used * loss;
             remaining[column][row] = remaining[row][column];
         }
     }
@@ -180,6 +190,7 @@ pub fn correct<S: Scalar>(
         state: corrected,
         covariance: remaining,
         whitened,
+        used,
     }
 }
 
@@ -295,7 +306,13 @@ mod tests {
         let (sigmas, measurement) = ([0.05, 0.04, 2.0, 0.3], [0.3, -1.0, 27.0, 1.0]);
         let before = covariance();
         let sight = LineOfSight::to([12.0, -21.0, 9.0]);
-        let corrected = correct(&STATE_AT, &before, &measurement, &sigmas, 1.0);
+        let corrected = correct(
+            &STATE_AT,
+            &before,
+            &measurement,
+            &sigmas.map(|s: f64| s * s),
+            1.0,
+        );
         let (_, jacobian) = observe(&STATE_AT, &sight);
         let curvature = curvature(&before, &sight, 9.0);
         // The optimal gain makes Joseph's form stationary: the trace cannot fall by moving it.
@@ -329,6 +346,34 @@ mod tests {
                 assert!((joseph - corrected.covariance[row][column]).abs() < 1e-12);
             }
         }
+    }
+
+    #[test]
+    fn an_outlier_is_not_used() {
+        let mut measurement = expected(&STATE_AT);
+        let sigmas = [0.05, 0.04, 2.0, 0.3];
+        let before = covariance();
+        assert_eq!(
+            correct(
+                &STATE_AT,
+                &before,
+                &measurement,
+                &sigmas.map(|s: f64| s * s),
+                1.0
+            )
+            .used,
+            1.0
+        );
+        measurement[2] += 60.0;
+        let corrected = correct(
+            &STATE_AT,
+            &before,
+            &measurement,
+            &sigmas.map(|s: f64| s * s),
+            1.0,
+        );
+        assert_eq!((corrected.used, corrected.state), (0.0, STATE_AT));
+        assert!(corrected.whitened[2] > 10.0);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use super::line_of_sight::LineOfSight;
 use super::scalar::Scalar;
 
 /// Features, the network's own memory included.
-pub const FEATURES: usize = 52 + MEMORY;
+pub const FEATURES: usize = 55 + MEMORY;
 
 /// Normalised features are kept within this many standard deviations.
 pub const FEATURE_LIMIT: f64 = 4.0;
@@ -22,12 +22,12 @@ pub const FEATURE_LIMIT: f64 = 4.0;
 /// | 8..11, 11..14, 14..17 | ln of the standard deviations of position, velocity, acceleration |
 /// | 17..29 | running means of the velocity less the velocity, over `sqrt(2 tau)` |
 /// | 29..33, 33..37 | whitened innovation within +-4, its running mean |
-/// | 37 | running mean of NIS / 4, less one, at most 4 |
-/// | 38..42 | ln of the sensor's sigmas: elevation, azimuth, range, range-rate |
-/// | 42, 43, 44 | time since the last measurement [s], exp(-age / 1.5 s), ln(dt / 0.1 s) |
-/// | 45..48, 48 | v x a and v . a over v^2 + 0.3 |
-/// | 49, 50, 51 | speed, ln(v^2 + 0.1), ln(a^2 + 0.1) |
-/// | 52.. | memory |
+/// | 37..41 | ln of 0.05 + the running means of its squares |
+/// | 41..45 | ln of the sensor's sigmas: elevation, azimuth, range, range-rate |
+/// | 45, 46, 47 | time since the last measurement [s], exp(-age / 1.5 s), ln(dt / 0.1 s) |
+/// | 48..51, 51 | v x a and v . a over v^2 + 0.3 |
+/// | 52, 53, 54 | speed, ln(v^2 + 0.1), ln(a^2 + 0.1) |
+/// | 55.. | memory |
 pub fn features<S: Scalar>(carry: &Carry<S>, dt_s: S) -> [S; FEATURES] {
     let c = S::constant;
     let state = &carry.state;
@@ -58,7 +58,7 @@ pub fn features<S: Scalar>(carry: &Carry<S>, dt_s: S) -> [S; FEATURES] {
     }
     write.all::<MEASUREMENT>(carry.innovation.map(|y| y.clamp(-4.0, 4.0)));
     write.all(carry.drift);
-    write.all([(carry.surprise - c(1.0)).clamp(-2.0, 4.0)]);
+    write.all::<MEASUREMENT>(carry.squares.map(|s| (s + c(0.05)).ln()));
     write.all(carry.ln_sigmas);
     write.all([
         carry.coast_s,

@@ -4,7 +4,7 @@ use super::carry::MEMORY;
 use super::scalar::Scalar;
 
 /// Outputs that schedule the motion model.
-pub const SCHEDULE: usize = 14;
+pub const SCHEDULE: usize = 17;
 /// Outputs of the network: the schedule, then its memory.
 pub const OUTPUTS: usize = SCHEDULE + MEMORY;
 
@@ -27,6 +27,8 @@ pub struct Schedule<S> {
     pub acceleration_noise: [S; 3],
     /// Spectral density of white velocity, m^2/s.
     pub velocity_noise: S,
+    /// What the sensor's stated variances are multiplied with: angles, range, range-rate.
+    pub sensor_scale: [S; 3],
 }
 
 /// The schedule of a network that answers zero: a Singer model.
@@ -70,6 +72,7 @@ impl<S: Scalar> Schedule<S> {
             jerk_noise: noise(7, base.jerk_noise),
             acceleration_noise: noise(10, base.acceleration_noise),
             velocity_noise: scaled(outputs[13], 7.0, base.velocity_noise),
+            sensor_scale: core::array::from_fn(|i| scaled(outputs[14 + i], 2.0, 1.0)),
         }
     }
 }

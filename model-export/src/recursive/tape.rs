@@ -48,6 +48,10 @@ pub enum Operation {
     Min(u32, u32),
     /// Whole turns taken off.
     Wrap(u32),
+    /// Third plus the product of the first two, rounded twice.
+    AddProduct(u32, u32, u32),
+    /// Third minus the product of the first two, rounded twice.
+    SubProduct(u32, u32, u32),
 }
 
 #[derive(Default)]

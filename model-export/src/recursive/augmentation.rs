@@ -1,0 +1,304 @@
+//! New training flights from generated ones: other sizes, speeds, places, clocks and logs.
+
+use crate::flight::{Flight, Sample};
+use crate::random_source::RandomSource;
+use crate::volume::Volume;
+
+/// How far flights are changed. Every flight is also turned, mirrored and moved at random.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Augmentation {
+    /// Standard deviation of the logarithm of the size of a flight.
+    pub ln_size_sigma: f64,
+    /// Share of flights whose horizontal size is drawn evenly from one to `stretch_max` instead.
+    pub stretch_share: f64,
+    /// Largest stretch.
+    pub stretch_max: f64,
+    /// Standard deviation of the logarithm of the speed at which a flight is played.
+    pub ln_speed_sigma: f64,
+    /// Share of flights that look recorded: their clock jitters and stalls, and their velocity is
+    /// the central difference of such positions.
+    pub recorded_share: f64,
+    /// Share of flights sampled at another rate than their own.
+    pub other_rate_share: f64,
+}
+
+/// Fewest steps of a training flight.
+const STEPS_MIN: usize = 40;
+
+impl Augmentation {
+    /// What the shipped model is trained with.
+    pub const DEFAULT: Self = Self {
+        ln_size_sigma: 0.25,
+        stretch_share: 0.3,
+        stretch_max: 3.0,
+        ln_speed_sigma: 0.2,
+        recorded_share: 0.4,
+        other_rate_share: 0.1,
+    };
+
+    /// Takes up to `steps` samples, `interval_s` apart, somewhere from `flight`.
+    pub fn draw(
+        &self,
+        flight: &Flight,
+        volume: &Volume,
+        steps: usize,
+        interval_s: f64,
+        random: &mut RandomSource,
+    ) -> Vec<Sample> {
+        let interval_s = if random.chance(self.other_rate_share) {
+            interval_s * [0.5, 2.0, 3.0][random.below(3)]
+        } else {
+            interval_s
+        };
+        let speed = (self.ln_speed_sigma * random.normal())
+            .exp()
+            .clamp(0.5, 2.0)
+            .min(flight.duration_s() / (interval_s * (STEPS_MIN + 2) as f64));
+        // A short flight gives fewer steps.
+        let longest = (flight.duration_s() / (speed * interval_s)) as usize;
+        let steps = steps.min(longest.saturating_sub(2)).max(STEPS_MIN);
+        let wanted_s = interval_s * (steps + 2) as f64;
+        let clock = if random.chance(self.recorded_share) {
+            recorded_clock(steps + 2, random)
+        } else {
+            (0..steps + 2).map(|i| i as f64).collect()
+        };
+        let recorded = clock[steps + 1] != (steps + 1) as f64;
+        let spare_s = (flight.duration_s() - speed * wanted_s).max(0.0);
+        let first_s = random.uniform(0.0, spare_s) + 0.5 * speed * interval_s;
+        let mut samples: Vec<Sample> = clock
+            .iter()
+            .enumerate()
+            .map(|(i, tick)| {
+                let mut sample = interpolate(flight, first_s + speed * interval_s * tick);
+                sample.time_s = interval_s * i as f64;
+                sample.velocity_mps = sample.velocity_mps.map(|v| v * speed);
+                sample
+            })
+            .collect();
+        self.reshape(&mut samples, volume, random);
+        if recorded {
+            difference(&mut samples);
+        }
+        // The first and the last sample only served as neighbours.
+        samples.remove(0);
+        samples.truncate(steps);
+        let start_s = samples[0].time_s;
+        for sample in &mut samples {
+            sample.time_s -= start_s;
+        }
+        samples
+    }
+
+    /// Scales, mirrors, turns and moves, with velocities to match.
+    fn reshape(&self, samples: &mut [Sample], volume: &Volume, random: &mut RandomSource) {
+        let mut size = (self.ln_size_sigma * random.normal()).exp().clamp(0.5, 2.0);
+        if random.chance(self.stretch_share) {
+            size = random.uniform(1.0, self.stretch_max);
+        }
+        let vertical = size.min(1.4);
+        let (s, c) = random.uniform(0.0, core::f64::consts::TAU).sin_cos();
+        let mirror = random.sign();
+        let turned = |v: [f64; 3]| {
+            let [x, y, z] = [size * v[0], size * mirror * v[1], vertical * v[2]];
+            [c * x - s * y, s * x + c * y, z]
+        };
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for sample in samples.iter_mut() {
+            sample.position_m = turned(sample.position_m);
+            sample.velocity_mps = turned(sample.velocity_mps);
+            for axis in 0..3 {
+                low[axis] = low[axis].min(sample.position_m[axis]);
+                high[axis] = high[axis].max(sample.position_m[axis]);
+            }
+        }
+        let half: [f64; 3] = core::array::from_fn(|axis| 0.5 * (high[axis] - low[axis]));
+        let centre: [f64; 3] = core::array::from_fn(|axis| low[axis] + half[axis]);
+        let target = place(half, volume, random);
+        for sample in samples.iter_mut() {
+            for axis in 0..3 {
+                sample.position_m[axis] += target[axis] - centre[axis];
+            }
+        }
+    }
+}
+
+/// Instants, in sampling intervals, at which a recorder really took its samples.
+///
+/// Intervals alternate between longer and shorter, vary, and now and then nearly stall: what the
+/// log of a simulator under load looks like. The clock lags behind by what it lost.
+fn recorded_clock(ticks: usize, random: &mut RandomSource) -> Vec<f64> {
+    let alternation = if random.chance(0.6) {
+        random.uniform(0.0, 0.08)
+    } else {
+        0.0
+    };
+    let jitter = random.uniform(0.0, 0.04);
+    let stalls = if random.chance(0.7) {
+        random.uniform(0.02, 0.12)
+    } else {
+        0.0
+    };
+    let mut tick = 0.0;
+    let mut clock = vec![tick];
+    for i in 1..ticks {
+        let mut advance = 1.0 + jitter * random.normal();
+        advance += if i % 2 == 0 {
+            alternation
+        } else {
+            -alternation
+        };
+        if random.chance(stalls) {
+            advance *= random.uniform(0.05, 0.8);
+        }
+        tick += advance.max(0.02);
+        clock.push(tick);
+    }
+    clock
+}
+
+/// A centre at which a flight of these half extents lies inside the volume, or nearly.
+fn place(half: [f64; 3], volume: &Volume, random: &mut RandomSource) -> [f64; 3] {
+    let reach = half[0].hypot(half[1]);
+    let (lowest, highest) = (volume.height_m_min + half[2], volume.height_m_max - half[2]);
+    let mut best = [
+        volume.range_m_mean,
+        0.0,
+        lowest.max(0.5 * (lowest + highest)),
+    ];
+    for _ in 0..20 {
+        let height = if lowest < highest {
+            random.uniform(lowest, highest)
+        } else {
+            lowest
+        };
+        let range = volume.range_m_mean + volume.range_m_sd * random.normal();
+        if range <= height {
+            continue;
+        }
+        let horizontal = (range * range - height * height).sqrt();
+        let (s, c) = random.uniform(0.0, core::f64::consts::TAU).sin_cos();
+        best = [horizontal * c, horizontal * s, height];
+        let nearest = (horizontal - reach).max(0.0).hypot(height - half[2]);
+        let farthest = (horizontal + reach).hypot(height + half[2]);
+        // Stretched flights need more room than the volume has.
+        let slack = 0.25 * reach;
+        if nearest > volume.range_m_min - slack && farthest < volume.range_m_max + slack {
+            break;
+        }
+    }
+    best
+}
+
+/// Position and velocity at `time_s` by the cubic through both neighbours' positions and
+/// velocities; held within the flight's ends.
+fn interpolate(flight: &Flight, time_s: f64) -> Sample {
+    let samples = &flight.samples;
+    let after = samples
+        .partition_point(|sample| sample.time_s <= time_s)
+        .clamp(1, samples.len() - 1);
+    let (a, b) = (&samples[after - 1], &samples[after]);
+    let dt = b.time_s - a.time_s;
+    let t = ((time_s - a.time_s) / dt).clamp(0.0, 1.0);
+    let (t2, t3) = (t * t, t * t * t);
+    let mut out = *a;
+    out.time_s = time_s;
+    for axis in 0..3 {
+        let (pa, pb) = (a.position_m[axis], b.position_m[axis]);
+        let (va, vb) = (dt * a.velocity_mps[axis], dt * b.velocity_mps[axis]);
+        out.position_m[axis] = (2.0 * t3 - 3.0 * t2 + 1.0) * pa
+            + (t3 - 2.0 * t2 + t) * va
+            + (3.0 * t2 - 2.0 * t3) * pb
+            + (t3 - t2) * vb;
+        out.velocity_mps[axis] = ((6.0 * t2 - 6.0 * t) * (pa - pb)
+            + (3.0 * t2 - 4.0 * t + 1.0) * va
+            + (3.0 * t2 - 2.0 * t) * vb)
+            / dt;
+    }
+    out
+}
+
+/// Velocities by central differences, as for a recorded flight.
+fn difference(samples: &mut [Sample]) {
+    let positions: Vec<[f64; 3]> = samples.iter().map(|sample| sample.position_m).collect();
+    for i in 1..samples.len() - 1 {
+        let span_s = samples[i + 1].time_s - samples[i - 1].time_s;
+        for axis in 0..3 {
+            samples[i].velocity_mps[axis] =
+                (positions[i + 1][axis] - positions[i - 1][axis]) / span_s;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Twenty-four seconds of a level circle at 2 m/s.
+    fn circle() -> Flight {
+        let samples = (0..240)
+            .map(|i| {
+                let time_s = 0.1 * f64::from(i);
+                let (s, c) = (0.4 * time_s).sin_cos();
+                Sample {
+                    time_s,
+                    position_m: [5.0 * c, 5.0 * s, 12.0],
+                    velocity_mps: [-2.0 * s, 2.0 * c, 0.0],
+                }
+            })
+            .collect();
+        Flight {
+            name: "circle".to_owned(),
+            source: "circle".to_owned(),
+            samples,
+        }
+    }
+
+    #[test]
+    fn interpolation_follows_the_circle() {
+        for i in 0..100 {
+            let time_s = 3.0 + 0.0137 * f64::from(i);
+            let sample = interpolate(&circle(), time_s);
+            let (s, c) = (0.4 * time_s).sin_cos();
+            assert!((sample.position_m[0] - 5.0 * c).abs() < 1e-6);
+            assert!((sample.velocity_mps[1] - 2.0 * c).abs() < 1e-4, "{i}");
+            assert!((sample.velocity_mps[0] + 2.0 * s).abs() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn drawn_flights_are_smooth_inside_and_differ() {
+        let mut random = RandomSource::new(3, &[]);
+        let mut stretched = 0;
+        for _ in 0..200 {
+            let samples =
+                Augmentation::DEFAULT.draw(&circle(), &Volume::PAPER, 150, 0.1, &mut random);
+            assert!((STEPS_MIN..=150).contains(&samples.len()));
+            assert_eq!(samples[0].time_s, 0.0);
+            for pair in samples.windows(3) {
+                let dt = pair[2].time_s - pair[0].time_s;
+                for axis in 0..3 {
+                    let slope = (pair[2].position_m[axis] - pair[0].position_m[axis]) / dt;
+                    // 6 m/s on a stretched circle turn by at most half a radian a step.
+                    assert!((slope - pair[1].velocity_mps[axis]).abs() < 0.6);
+                }
+                assert!(pair[1].position_m[2] > 4.0);
+            }
+            let [x, y, _] = samples[0].velocity_mps;
+            stretched += usize::from(x.hypot(y) > 4.0);
+        }
+        assert!((10..100).contains(&stretched), "{stretched}");
+    }
+
+    #[test]
+    fn a_recorded_clock_runs_forward_and_lags() {
+        let mut random = RandomSource::new(4, &[]);
+        let mut lag = 0.0;
+        for _ in 0..50 {
+            let clock = recorded_clock(152, &mut random);
+            assert!(clock.windows(2).all(|pair| pair[1] > pair[0]));
+            lag += 151.0 - clock[151];
+        }
+        assert!(lag / 50.0 > 1.0);
+    }
+}

@@ -1,0 +1,73 @@
+//! Encounters side by side, laid out for the programs.
+
+use super::carry::CARRY;
+use super::encounter::Encounter;
+use super::lanes::{LANES, Lanes, ZERO};
+use super::step::ARRIVAL;
+
+/// A group's worth of encounters: one a lane, short ones padded with steps of no weight.
+#[derive(Clone, Debug)]
+pub struct Batch {
+    /// Flattened start of every lane.
+    pub start: Vec<Lanes>,
+    /// Arrival (time step, measured flag, measurement, sigmas) of every step.
+    pub arrivals: Vec<[Lanes; ARRIVAL]>,
+    /// True position of every step, metres.
+    pub truths_m: Vec<[Lanes; 3]>,
+    /// One where the step is scored, zero in padding.
+    pub weights: Vec<Lanes>,
+    /// Lanes that hold an encounter of their own.
+    pub used: usize,
+}
+
+impl Batch {
+    /// Groups of [`LANES`] encounters in order; the last group repeats its first encounter, without
+    /// weight, where there are not enough.
+    pub fn groups(encounters: &[Encounter]) -> Vec<Self> {
+        encounters.chunks(LANES).map(Self::of).collect()
+    }
+
+    fn of(encounters: &[Encounter]) -> Self {
+        let steps = encounters
+            .iter()
+            .map(|e| e.arrivals.len())
+            .max()
+            .unwrap_or(0);
+        let mut batch = Self {
+            start: vec![ZERO; CARRY],
+            arrivals: vec![[ZERO; ARRIVAL]; steps],
+            truths_m: vec![[ZERO; 3]; steps],
+            weights: vec![ZERO; steps],
+            used: encounters.len(),
+        };
+        for lane in 0..LANES {
+            let encounter = &encounters[if lane < encounters.len() { lane } else { 0 }];
+            for (slot, number) in batch.start.iter_mut().zip(encounter.start.flatten()) {
+                slot[lane] = number;
+            }
+            for step in 0..steps {
+                let within = step < encounter.arrivals.len();
+                // Padding coasts on from the last step.
+                let last = step.min(encounter.arrivals.len() - 1);
+                let arrival = &encounter.arrivals[last];
+                let slots = &mut batch.arrivals[step];
+                slots[0][lane] = arrival.dt_s;
+                slots[1][lane] = if within { arrival.measured } else { 0.0 };
+                for i in 0..arrival.measurement.len() {
+                    slots[2 + i][lane] = arrival.measurement[i];
+                    slots[2 + arrival.measurement.len() + i][lane] = arrival.sigmas[i];
+                }
+                for axis in 0..3 {
+                    batch.truths_m[step][axis][lane] = encounter.truths_m[last][axis];
+                }
+                batch.weights[step][lane] = f64::from(u8::from(within && lane < encounters.len()));
+            }
+        }
+        batch
+    }
+
+    /// Steps of the longest encounter.
+    pub fn steps(&self) -> usize {
+        self.arrivals.len()
+    }
+}

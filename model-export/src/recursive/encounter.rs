@@ -1,0 +1,72 @@
+//! One flight as the recursive tracker meets it: a start, then arrivals with the truth beside them.
+
+use super::carry::Carry;
+use super::start::{Population, start};
+use super::step::Arrival;
+use crate::flight::Sample;
+use crate::reading::Reading;
+
+/// What the tracker gets, step by step, and where the drone really was.
+#[derive(Clone, Debug)]
+pub struct Encounter {
+    /// The state after the first measurement.
+    pub start: Carry<f64>,
+    /// Every later step.
+    pub arrivals: Vec<Arrival<f64>>,
+    /// True position at every later step, metres.
+    pub truths_m: Vec<[f64; 3]>,
+}
+
+impl Encounter {
+    /// Pairs the samples of a flight with what the radar reads at each of them (`None` in a gap).
+    /// `None` when there is no first reading to start from.
+    pub fn new(
+        samples: &[Sample],
+        readings: &[Option<Reading>],
+        population: &Population,
+    ) -> Option<Self> {
+        let first = readings.first()?.as_ref()?;
+        let (measurement, sigmas) = polar(first);
+        let mut last_sigmas = sigmas;
+        let mut arrivals = Vec::with_capacity(samples.len());
+        for (pair, reading) in samples.windows(2).zip(&readings[1..]) {
+            let (measurement, sigmas) = match reading {
+                Some(reading) => polar(reading),
+                None => ([0.0; 4], last_sigmas),
+            };
+            last_sigmas = sigmas;
+            arrivals.push(Arrival {
+                dt_s: pair[1].time_s - pair[0].time_s,
+                measured: f64::from(u8::from(reading.is_some())),
+                measurement,
+                sigmas,
+            });
+        }
+        Some(Self {
+            start: start(&measurement, &sigmas, population),
+            arrivals,
+            truths_m: samples[1..]
+                .iter()
+                .map(|sample| sample.position_m)
+                .collect(),
+        })
+    }
+}
+
+/// Measurement and sigmas in the filter's order: elevation, azimuth, range, range-rate.
+fn polar(reading: &Reading) -> ([f64; 4], [f64; 4]) {
+    (
+        [
+            reading.elevation_rad,
+            reading.azimuth_rad,
+            reading.range_m,
+            reading.range_rate_mps,
+        ],
+        [
+            reading.sigma_elevation_rad,
+            reading.sigma_azimuth_rad,
+            reading.sigma_range_m,
+            reading.sigma_range_rate_mps,
+        ],
+    )
+}

@@ -1,0 +1,223 @@
+//! Training through the unrolled filter.
+
+use super::batch::Batch;
+use super::encounter::Encounter;
+use super::features::{FEATURES, Normalisation, features};
+use super::lanes::LANES;
+use super::network::{Gradient, Network};
+use super::recipe::Recipe;
+use super::schedule::{Base, OUTPUTS};
+use super::start::Population;
+use super::step::advance;
+use super::unrolled::{Programs, Unrolled, WindowLoss};
+use crate::flight::Flight;
+use crate::kernel::Tier;
+use crate::seed::{derive, name_id};
+use rayon::prelude::*;
+
+/// Batches are cut into this many parts, whose gradients are added in order: the result does not
+/// depend on the number of threads.
+const SHARDS: usize = 2;
+/// Encounters that the features' means and deviations are measured on.
+const NORMALISATION_ENCOUNTERS: usize = 192;
+
+/// Why training cannot start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum TrainingError {
+    /// There are no flights, or none with two samples.
+    #[error("no flights to train on")]
+    NoFlights,
+    /// The number of flights in a batch.
+    #[error("{flights} flights in a batch: a positive multiple of {unit} is needed")]
+    BatchSize {
+        /// Flights asked for.
+        flights: usize,
+        /// What their number must be a multiple of.
+        unit: usize,
+    },
+}
+
+/// A network in training.
+#[derive(Debug)]
+pub struct Training<'f> {
+    /// What is trained, and how.
+    pub recipe: Recipe,
+    /// The start's prior, measured on the flights.
+    pub population: Population,
+    /// The features' normalisation, measured on the base model.
+    pub normalisation: Normalisation,
+    /// The model of a network that answers zero.
+    pub base: Base,
+    /// The network.
+    pub network: Network,
+    /// Episodes done.
+    pub episode: u64,
+    programs: Programs,
+    flights: &'f [Flight],
+}
+
+/// What one episode cost.
+#[derive(Clone, Copy, Debug)]
+pub struct EpisodeReport {
+    /// Mean loss of a step, nats.
+    pub surprise: f64,
+    /// Largest gradient norm of its updates, before clipping.
+    pub norm: f64,
+    /// Flights whose state was lost.
+    pub lost: usize,
+    /// Updates.
+    pub updates: usize,
+}
+
+impl<'f> Training<'f> {
+    /// Measures the population and the features, and makes a new network.
+    ///
+    /// # Errors
+    /// No usable flights, or a batch size that does not fill the lanes.
+    pub fn new(recipe: Recipe, flights: &'f [Flight]) -> Result<Self, TrainingError> {
+        if recipe.flights == 0 || !recipe.flights.is_multiple_of(SHARDS * LANES) {
+            return Err(TrainingError::BatchSize {
+                flights: recipe.flights,
+                unit: SHARDS * LANES,
+            });
+        }
+        let population = Population::of(flights).ok_or(TrainingError::NoFlights)?;
+        let base = Base::DRONE;
+        let normalisation = measure_features(&recipe, flights, &population, &base);
+        Ok(Self {
+            programs: Programs::new(&base, &normalisation),
+            network: Network::new(recipe.seed),
+            recipe,
+            population,
+            normalisation,
+            base,
+            episode: 0,
+            flights,
+        })
+    }
+
+    /// The recorded step.
+    pub fn programs(&self) -> &Programs {
+        &self.programs
+    }
+
+    /// Trains on one batch of new flights, updating after every window.
+    pub fn episode(&mut self) -> EpisodeReport {
+        let encounters: Vec<Encounter> = (0..self.recipe.flights)
+            .into_par_iter()
+            .filter_map(|lane| {
+                self.recipe
+                    .encounter(self.flights, &self.population, self.episode, lane)
+            })
+            .collect();
+        let batches = Batch::groups(&encounters);
+        let shard_groups = batches.len().div_ceil(SHARDS);
+        let steps = batches.iter().map(Batch::steps).min().unwrap_or(0);
+        let windows = steps.div_ceil(self.recipe.window);
+        let mut shards: Vec<(Unrolled<'_>, &[Batch], Gradient)> = batches
+            .chunks(shard_groups)
+            .map(|part| {
+                let mut run = Unrolled::new(&self.programs, part.len(), self.recipe.window);
+                run.begin(part);
+                (run, part, Gradient::zeros())
+            })
+            .collect();
+        let mut report = EpisodeReport {
+            surprise: 0.0,
+            norm: 0.0,
+            lost: 0,
+            updates: 0,
+        };
+        let mut total = WindowLoss::default();
+        for window in 0..windows {
+            let from = window * self.recipe.window;
+            let range = from..steps.min(from + self.recipe.window);
+            let tier = Tier::detect();
+            let weights = self.network.weights(tier, self.recipe.sampled);
+            let seed = derive(
+                self.recipe.seed,
+                &[name_id("window"), self.episode, window as u64],
+            );
+            let scale = 1.0 / (self.recipe.flights * range.len()) as f64;
+            let losses: Vec<WindowLoss> = shards
+                .par_iter_mut()
+                .enumerate()
+                .map(|(shard, (run, part, gradient))| {
+                    *gradient = Gradient::zeros();
+                    let seed = derive(seed, &[shard as u64]);
+                    let loss = run.forward(&weights, part, range.clone(), seed);
+                    run.backward(&weights, part, range.clone(), scale, gradient);
+                    run.roll(range.len());
+                    loss
+                })
+                .collect();
+            for loss in losses {
+                total.sum += loss.sum;
+                total.steps += loss.steps;
+                report.lost += loss.lost;
+            }
+            let mut gradient = Gradient::zeros();
+            for (_, _, part) in &shards {
+                gradient.add(part);
+            }
+            let update = (self.episode * windows as u64 + window as u64) as f64;
+            let share = update / (self.recipe.episodes * windows as u64) as f64;
+            let norm = self.network.update(
+                tier,
+                self.recipe.rate_at(update, share) as f32,
+                if self.recipe.sampled {
+                    self.recipe.kl_weight as f32
+                } else {
+                    0.0
+                },
+                self.recipe.clip as f32,
+                &mut gradient,
+            );
+            report.norm = report.norm.max(f64::from(norm));
+            report.updates += 1;
+        }
+        self.episode += 1;
+        report.surprise = total.sum / total.steps;
+        report
+    }
+}
+
+/// Mean and inverse deviation of every feature under the base model.
+fn measure_features(
+    recipe: &Recipe,
+    flights: &[Flight],
+    population: &Population,
+    base: &Base,
+) -> Normalisation {
+    let lists: Vec<Vec<[f64; FEATURES]>> = (0..NORMALISATION_ENCOUNTERS)
+        .into_par_iter()
+        .filter_map(|lane| {
+            // An episode that training never reaches.
+            let encounter = recipe.encounter(flights, population, u64::MAX, lane)?;
+            let mut carry = encounter.start;
+            let mut list = Vec::with_capacity(encounter.arrivals.len());
+            for arrival in &encounter.arrivals {
+                list.push(features(&carry, arrival.dt_s));
+                carry = advance(&carry, &[0.0; OUTPUTS], arrival, base);
+            }
+            Some(list)
+        })
+        .collect();
+    let mut normalisation = Normalisation::IDENTITY;
+    // The network's own memory is bounded already, and silent under the base model.
+    for feature in 0..FEATURES - super::carry::MEMORY {
+        let values = || {
+            lists
+                .iter()
+                .flatten()
+                .map(|list| list[feature])
+                .filter(|x| x.is_finite())
+        };
+        let count = values().count().max(1) as f64;
+        let mean = values().sum::<f64>() / count;
+        let variance = values().map(|x| (x - mean) * (x - mean)).sum::<f64>() / count;
+        normalisation.offset[feature] = mean;
+        normalisation.gain[feature] = 1.0 / variance.sqrt().max(0.05);
+    }
+    normalisation
+}

@@ -1,0 +1,413 @@
+//! Network and filter unrolled over a window of steps, forwards and back.
+
+use core::ops::Range;
+
+use super::batch::Batch;
+use super::carry::CARRY;
+use super::features::{FEATURES, Normalisation};
+use super::lanes::{LANES, Lanes, ZERO};
+use super::network::{Gradient, OUTPUT_COLUMNS, Pass, Weights};
+use super::program::{Program, Workspace};
+use super::schedule::{Base, OUTPUTS};
+use super::step::{
+    ARRIVAL, FEATURE_INPUTS, FILTER_INPUTS, FILTER_OUTPUTS, feature_program, filter_program,
+};
+use crate::kernel::Tier;
+use crate::seed::derive;
+
+/// Negative log-likelihood above which a step is lost: it counts as this much and teaches nothing.
+pub const LOSS_LIMIT: f64 = 60.0;
+/// Largest gradient of one flight's loss by one carried number that is handed back a step.
+const ADJOINT_LIMIT: f64 = 1e12;
+
+/// The two recorded programs of a step.
+#[derive(Clone, Debug)]
+pub struct Programs {
+    features: Program,
+    filter: Program,
+}
+
+impl Programs {
+    /// Records both.
+    pub fn new(base: &Base, normalisation: &Normalisation) -> Self {
+        Self {
+            features: feature_program(normalisation),
+            filter: filter_program(base),
+        }
+    }
+}
+
+/// Loss of one window over one shard.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct WindowLoss {
+    /// Sum of the scored steps' negative log-likelihoods, each at most [`LOSS_LIMIT`].
+    pub sum: f64,
+    /// Scored steps.
+    pub steps: f64,
+    /// Lanes started anew because their state was lost.
+    pub lost: usize,
+}
+
+/// A few groups of flights under way.
+#[derive(Debug)]
+pub struct Unrolled<'p> {
+    programs: &'p Programs,
+    tier: Tier,
+    feature_workspace: Workspace,
+    filter_workspace: Workspace,
+    passes: Vec<Pass>,
+    /// The carry before every step of the window, per step and group; one more for the end.
+    carries: Vec<Vec<Vec<Lanes>>>,
+    /// Weight of every step's loss in the gradient.
+    seeds: Vec<Vec<Lanes>>,
+    /// Lanes that were lost are scored no more.
+    alive: Vec<Lanes>,
+}
+
+impl<'p> Unrolled<'p> {
+    /// Room for `groups` groups (an even number fills the kernels' blocks) and `window` steps.
+    pub fn new(programs: &'p Programs, groups: usize, window: usize) -> Self {
+        Self {
+            programs,
+            tier: Tier::detect(),
+            feature_workspace: programs.features.workspace(),
+            filter_workspace: programs.filter.workspace(),
+            passes: (0..window).map(|_| Pass::new(groups * LANES)).collect(),
+            carries: vec![vec![vec![ZERO; CARRY]; groups]; window + 1],
+            seeds: vec![vec![ZERO; groups]; window],
+            alive: vec![[1.0; LANES]; groups],
+        }
+    }
+
+    /// Puts every flight at its start.
+    pub fn begin(&mut self, batches: &[Batch]) {
+        for (group, batch) in batches.iter().enumerate() {
+            self.carries[0][group].copy_from_slice(&batch.start);
+            self.alive[group] = [1.0; LANES];
+        }
+    }
+
+    /// The carry of a group after the last [`Self::forward`], before step `at` of its window.
+    pub fn carry(&self, at: usize, group: usize) -> &[Lanes] {
+        &self.carries[at][group]
+    }
+
+    /// Inputs of the network at step `at` of the last window, [`FEATURES`] a row.
+    pub fn features(&mut self, at: usize) -> &[f32] {
+        self.passes[at].features_mut()
+    }
+
+    /// Outputs of the network at step `at` of the last window, [`OUTPUT_COLUMNS`] a row.
+    pub fn outputs(&self, at: usize) -> &[f32] {
+        self.passes[at].outputs()
+    }
+
+    /// Runs `steps` of every flight, going on from where the last call ended (`begin` first).
+    pub fn forward(
+        &mut self,
+        weights: &Weights,
+        batches: &[Batch],
+        steps: Range<usize>,
+        seed: u64,
+    ) -> WindowLoss {
+        let mut loss = WindowLoss::default();
+        let mut inputs = vec![ZERO; FILTER_INPUTS];
+        let mut outputs = vec![ZERO; FILTER_OUTPUTS];
+        for (at, step) in steps.enumerate() {
+            for (group, batch) in batches.iter().enumerate() {
+                self.write_features(at, group, &batch.arrivals[step][0]);
+            }
+            self.passes[at].forward(self.tier, weights, derive(seed, &[at as u64]));
+            for (group, batch) in batches.iter().enumerate() {
+                self.filter_inputs(at, group, batch, step, &mut inputs);
+                self.programs
+                    .filter
+                    .forward(&mut self.filter_workspace, &inputs, &mut outputs);
+                loss.lost += self.rescue(group, batch, &mut outputs);
+                self.carries[at + 1][group].copy_from_slice(&outputs[..CARRY]);
+                for lane in 0..LANES {
+                    let weight = batch.weights[step][lane] * self.alive[group][lane];
+                    let surprise = outputs[CARRY][lane];
+                    let taught = surprise < LOSS_LIMIT;
+                    if weight > 0.0 {
+                        loss.sum += if taught { surprise } else { LOSS_LIMIT };
+                        loss.steps += 1.0;
+                    }
+                    self.seeds[at][group][lane] = if taught { weight } else { 0.0 };
+                }
+            }
+        }
+        loss
+    }
+
+    /// Makes the end of the last window, of `length` steps, the start of the next.
+    pub fn roll(&mut self, length: usize) {
+        self.carries.swap(0, length);
+    }
+
+    /// Adds the gradient of the last window's summed loss, times `scale`, to `gradient`.
+    pub fn backward(
+        &mut self,
+        weights: &Weights,
+        batches: &[Batch],
+        steps: Range<usize>,
+        scale: f64,
+        gradient: &mut Gradient,
+    ) {
+        let rows = batches.len() * LANES;
+        let mut inputs = vec![ZERO; FILTER_INPUTS];
+        let mut outputs = vec![ZERO; FILTER_OUTPUTS];
+        let mut input_adjoints = vec![ZERO; FILTER_INPUTS];
+        let mut carry_adjoints = vec![vec![ZERO; CARRY]; batches.len()];
+        let mut output_rows = vec![0.0_f32; rows * OUTPUT_COLUMNS];
+        let mut feature_rows = vec![0.0_f32; rows * FEATURES];
+        let mut seeds = vec![ZERO; FILTER_OUTPUTS];
+        for (at, step) in steps.enumerate().rev() {
+            for (group, batch) in batches.iter().enumerate() {
+                // Values are computed again: they fit the cache, a window's worth would not.
+                self.filter_inputs(at, group, batch, step, &mut inputs);
+                self.programs
+                    .filter
+                    .forward(&mut self.filter_workspace, &inputs, &mut outputs);
+                seeds[..CARRY].copy_from_slice(&carry_adjoints[group]);
+                seeds[CARRY] = self.seeds[at][group].map(|seed| seed * scale);
+                self.programs.filter.backward(
+                    &mut self.filter_workspace,
+                    &seeds,
+                    &mut input_adjoints,
+                );
+                bound(&mut input_adjoints[..CARRY + OUTPUTS], scale);
+                carry_adjoints[group].copy_from_slice(&input_adjoints[..CARRY]);
+                for lane in 0..LANES {
+                    let row = &mut output_rows[(group * LANES + lane) * OUTPUT_COLUMNS..];
+                    for output in 0..OUTPUTS {
+                        row[output] = input_adjoints[CARRY + output][lane] as f32;
+                    }
+                }
+            }
+            self.passes[at].backward(
+                self.tier,
+                weights,
+                &output_rows,
+                gradient,
+                &mut feature_rows,
+            );
+            for (group, batch) in batches.iter().enumerate() {
+                self.pull_features(
+                    at,
+                    group,
+                    &batch.arrivals[step][0],
+                    &feature_rows,
+                    &mut carry_adjoints[group],
+                );
+                bound(&mut carry_adjoints[group], scale);
+            }
+        }
+    }
+
+    fn write_features(&mut self, at: usize, group: usize, dt_s: &Lanes) {
+        let mut inputs = self.carries[at][group].clone();
+        inputs.push(*dt_s);
+        let mut features = vec![ZERO; FEATURES];
+        self.programs
+            .features
+            .forward(&mut self.feature_workspace, &inputs, &mut features);
+        let rows = &mut self.passes[at].features_mut()[group * LANES * FEATURES..];
+        for lane in 0..LANES {
+            for feature in 0..FEATURES {
+                rows[lane * FEATURES + feature] = features[feature][lane] as f32;
+            }
+        }
+    }
+
+    fn pull_features(
+        &mut self,
+        at: usize,
+        group: usize,
+        dt_s: &Lanes,
+        feature_rows: &[f32],
+        carry_adjoints: &mut [Lanes],
+    ) {
+        let mut inputs = self.carries[at][group].clone();
+        inputs.push(*dt_s);
+        let mut features = vec![ZERO; FEATURES];
+        self.programs
+            .features
+            .forward(&mut self.feature_workspace, &inputs, &mut features);
+        for (feature, lanes) in features.iter_mut().enumerate() {
+            for lane in 0..LANES {
+                lanes[lane] = f64::from(feature_rows[(group * LANES + lane) * FEATURES + feature]);
+            }
+        }
+        let mut adjoints = vec![ZERO; FEATURE_INPUTS];
+        self.programs
+            .features
+            .backward(&mut self.feature_workspace, &features, &mut adjoints);
+        for (sum, term) in carry_adjoints.iter_mut().zip(&adjoints) {
+            for lane in 0..LANES {
+                sum[lane] += term[lane];
+            }
+        }
+    }
+
+    fn filter_inputs(
+        &self,
+        at: usize,
+        group: usize,
+        batch: &Batch,
+        step: usize,
+        inputs: &mut [Lanes],
+    ) {
+        inputs[..CARRY].copy_from_slice(&self.carries[at][group]);
+        let rows = &self.passes[at].outputs()[group * LANES * OUTPUT_COLUMNS..];
+        for output in 0..OUTPUTS {
+            for lane in 0..LANES {
+                inputs[CARRY + output][lane] = f64::from(rows[lane * OUTPUT_COLUMNS + output]);
+            }
+        }
+        let arrival = CARRY + OUTPUTS;
+        inputs[arrival..arrival + ARRIVAL].copy_from_slice(&batch.arrivals[step]);
+        inputs[arrival + ARRIVAL..].copy_from_slice(&batch.truths_m[step]);
+    }
+
+    /// Puts lanes whose state is no longer finite back to their start, scored no more.
+    fn rescue(&mut self, group: usize, batch: &Batch, outputs: &mut [Lanes]) -> usize {
+        let mut lost = 0;
+        for lane in 0..LANES {
+            if outputs[..CARRY]
+                .iter()
+                .all(|number| number[lane].is_finite())
+            {
+                continue;
+            }
+            for (number, start) in outputs.iter_mut().zip(&batch.start) {
+                number[lane] = start[lane];
+            }
+            outputs[CARRY][lane] = LOSS_LIMIT;
+            self.alive[group][lane] = 0.0;
+            lost += 1;
+        }
+        lost
+    }
+}
+
+/// Clears the lanes whose adjoints have blown up: one lost flight must not spoil the batch.
+fn bound(adjoints: &mut [Lanes], scale: f64) {
+    for lane in 0..LANES {
+        let limit = ADJOINT_LIMIT * scale;
+        if !adjoints.iter().all(|number| number[lane].abs() < limit) {
+            for number in adjoints.iter_mut() {
+                number[lane] = 0.0;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generator::{GeneratorSettings, generate};
+    use crate::recursive::network::{LAYERS, Network, PARAMETERS};
+    use crate::recursive::recipe::Recipe;
+    use crate::recursive::start::Population;
+
+    const STEPS: usize = 25;
+
+    fn batches() -> Vec<Batch> {
+        let settings = GeneratorSettings {
+            flights: 8,
+            ..GeneratorSettings::default()
+        };
+        let flights = generate(&settings).unwrap();
+        let population = Population::of(&flights).unwrap();
+        let encounters: Vec<_> = (0..2 * LANES)
+            .filter_map(|lane| Recipe::DEFAULT.encounter(&flights, &population, 0, lane))
+            .collect();
+        Batch::groups(&encounters)
+    }
+
+    fn network() -> Network {
+        let mut network = Network::new(7);
+        // A last layer that schedules something.
+        for i in PARAMETERS - 65 * OUTPUT_COLUMNS..PARAMETERS {
+            network.means[i] *= 10.0;
+        }
+        network
+    }
+
+    #[test]
+    fn the_gradient_of_a_window_is_the_slope_of_its_loss() {
+        assert_eq!(LAYERS, 5);
+        let programs = Programs::new(&Base::DRONE, &Normalisation::IDENTITY);
+        let (batches, network, tier) = (batches(), network(), Tier::detect());
+        let loss = |network: &Network, gradient: Option<&mut Gradient>| {
+            let weights = network.weights(tier, false);
+            let mut run = Unrolled::new(&programs, batches.len(), STEPS);
+            run.begin(&batches);
+            let loss = run.forward(&weights, &batches, 0..STEPS, 0);
+            assert_eq!(loss.lost, 0);
+            if let Some(gradient) = gradient {
+                run.backward(&weights, &batches, 0..STEPS, 1.0, gradient);
+            }
+            loss.sum
+        };
+        let mut gradient = Gradient::zeros();
+        loss(&network, Some(&mut gradient));
+        for seed in 0..4 {
+            // Along the gradient of a random quarter of the weights, so that the slope is large.
+            let chosen = |i: usize| derive(seed, &[i as u64]) % 4 == 0;
+            let by_mean = gradient.by_mean();
+            let norm = (0..PARAMETERS)
+                .filter(|&i| chosen(i))
+                .map(|i| f64::from(by_mean[i]).powi(2))
+                .sum::<f64>()
+                .sqrt();
+            let h = 2e-4;
+            let moved = |sign: f64| {
+                let mut moved = network.clone();
+                for i in (0..PARAMETERS).filter(|&i| chosen(i)) {
+                    moved.means[i] += (sign * h * f64::from(by_mean[i]) / norm) as f32;
+                }
+                loss(&moved, None)
+            };
+            let slope = (moved(1.0) - moved(-1.0)) / (2.0 * h);
+            assert!((slope / norm - 1.0).abs() < 0.02, "{slope} {norm}");
+        }
+    }
+
+    #[test]
+    fn two_windows_are_one() {
+        let programs = Programs::new(&Base::DRONE, &Normalisation::IDENTITY);
+        let (batches, tier) = (batches(), Tier::detect());
+        let weights = network().weights(tier, false);
+        let mut whole = Unrolled::new(&programs, batches.len(), STEPS);
+        whole.begin(&batches);
+        let once = whole.forward(&weights, &batches, 0..STEPS, 0);
+        let mut parts = Unrolled::new(&programs, batches.len(), STEPS);
+        parts.begin(&batches);
+        let first = parts.forward(&weights, &batches, 0..10, 0);
+        parts.roll(10);
+        let second = parts.forward(&weights, &batches, 10..STEPS, 0);
+        assert!((once.sum - first.sum - second.sum).abs() < 1e-9 * once.sum.abs());
+        assert_eq!(once.steps, first.steps + second.steps);
+        assert_eq!(whole.carry(STEPS, 1), parts.carry(STEPS - 10, 1));
+    }
+
+    #[test]
+    fn a_lost_flight_starts_anew_and_is_scored_no_more() {
+        let programs = Programs::new(&Base::DRONE, &Normalisation::IDENTITY);
+        let (mut batches, tier) = (batches(), Tier::detect());
+        batches[1].arrivals[3][1][2] = 1.0;
+        batches[1].arrivals[3][4][2] = f64::NAN;
+        let weights = network().weights(tier, false);
+        let mut run = Unrolled::new(&programs, batches.len(), STEPS);
+        run.begin(&batches);
+        let loss = run.forward(&weights, &batches, 0..10, 0);
+        assert_eq!(loss.lost, 1);
+        assert!(loss.sum.is_finite());
+        assert_eq!(loss.steps, (2 * LANES * 10 - 7) as f64);
+        let mut gradient = Gradient::zeros();
+        run.backward(&weights, &batches, 0..10, 1.0, &mut gradient);
+        assert!(gradient.by_mean().iter().all(|g| g.is_finite()));
+    }
+}
