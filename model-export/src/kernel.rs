@@ -12,7 +12,7 @@ mod aligned;
 mod gelu;
 mod normal;
 mod product;
-mod tier;
+pub(crate) mod tier;
 
 pub use adam::{AdamStep, Moments, Posterior, adam};
 pub use aligned::Aligned;

@@ -5,10 +5,10 @@
 
 /// An instruction set that this processor was found to have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Tier(pub(super) Level);
+pub struct Tier(pub(crate) Level);
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Level {
+pub(crate) enum Level {
     Portable,
     #[cfg(target_arch = "x86_64")]
     Avx2,
@@ -95,4 +95,4 @@ macro_rules! per_tier {
         }
     };
 }
-pub(super) use per_tier;
+pub(crate) use per_tier;
