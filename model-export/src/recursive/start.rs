@@ -192,7 +192,7 @@ mod tests {
     #[test]
     fn the_population_is_that_of_the_flights() {
         let rows: Vec<[f64; 4]> = (0..5)
-            .map(|i| f64::from(i))
+            .map(f64::from)
             .map(|t| [t, 30.0, 2.0 * t * t, 0.0])
             .collect();
         let flight = Flight::from_track("f", "f", &rows).unwrap();

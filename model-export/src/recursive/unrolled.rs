@@ -355,7 +355,7 @@ mod tests {
         loss(&network, Some(&mut gradient));
         for seed in 0..4 {
             // Along the gradient of a random quarter of the weights, so that the slope is large.
-            let chosen = |i: usize| derive(seed, &[i as u64]) % 4 == 0;
+            let chosen = |i: usize| derive(seed, &[i as u64]).is_multiple_of(4);
             let by_mean = gradient.by_mean();
             let norm = (0..PARAMETERS)
                 .filter(|&i| chosen(i))
