@@ -7,6 +7,7 @@
 pub mod augmentation;
 pub mod batch;
 pub mod carry;
+pub mod checkpoint;
 pub mod correction;
 pub mod encounter;
 pub(crate) mod execution;

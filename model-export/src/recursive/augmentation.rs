@@ -3,9 +3,11 @@
 use crate::flight::{Flight, Sample};
 use crate::random_source::RandomSource;
 use crate::volume::Volume;
+use serde::{Deserialize, Serialize};
 
 /// How far flights are changed. Every flight is also turned, mirrored and moved at random.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Augmentation {
     /// Standard deviation of the logarithm of the size of a flight.
     pub ln_size_sigma: f64,

@@ -11,6 +11,7 @@ use crate::random_source::RandomSource;
 use crate::reading::Reading;
 use crate::seed::name_id;
 use crate::volume::Volume;
+use serde::{Deserialize, Serialize};
 
 /// Samples of a training flight.
 pub const SAMPLES: usize = 150;
@@ -18,7 +19,8 @@ pub const SAMPLES: usize = 150;
 pub const INTERVAL_S: f64 = 0.1;
 
 /// A training run.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Recipe {
     /// Seed of everything random.
     pub seed: u64,

@@ -1,6 +1,7 @@
 //! Training through the unrolled filter.
 
 use super::batch::Batch;
+use super::checkpoint::{Checkpoint, CheckpointError};
 use super::encounter::Encounter;
 use super::features::{FEATURES, Normalisation, features};
 use super::lanes::LANES;
@@ -10,6 +11,7 @@ use super::schedule::{Base, OUTPUTS};
 use super::start::Population;
 use super::step::advance;
 use super::unrolled::{Programs, Unrolled, WindowLoss};
+use crate::data_hash::of_flights;
 use crate::flight::Flight;
 use crate::kernel::Tier;
 use crate::seed::{derive, name_id};
@@ -35,6 +37,23 @@ pub enum TrainingError {
         /// What their number must be a multiple of.
         unit: usize,
     },
+}
+
+/// Why training cannot go on from a checkpoint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ResumeError {
+    /// Not a checkpoint, or damaged.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
+    /// Its settings differ.
+    #[error("the checkpoint was made with other settings")]
+    OtherRecipe,
+    /// Its flights differ.
+    #[error("the checkpoint was made with other flights")]
+    OtherFlights,
+    /// Training could not even start.
+    #[error(transparent)]
+    Training(#[from] TrainingError),
 }
 
 /// A network in training.
@@ -94,6 +113,39 @@ impl<'f> Training<'f> {
             episode: 0,
             flights,
         })
+    }
+
+    /// Goes on from a checkpoint, to the same result as without the break.
+    ///
+    /// # Errors
+    /// The checkpoint is damaged or of another recipe or other flights, or [`TrainingError`].
+    pub fn resume(
+        recipe: Recipe,
+        flights: &'f [Flight],
+        checkpoint: &[u8],
+    ) -> Result<Self, ResumeError> {
+        let checkpoint = Checkpoint::parse(checkpoint)?;
+        if checkpoint.recipe != recipe {
+            return Err(ResumeError::OtherRecipe);
+        }
+        if checkpoint.flights_hash != of_flights(flights) {
+            return Err(ResumeError::OtherFlights);
+        }
+        let mut training = Self::new(recipe, flights)?;
+        training.network = checkpoint.network;
+        training.episode = checkpoint.episode;
+        Ok(training)
+    }
+
+    /// Everything that [`Self::resume`] needs, as bytes.
+    pub fn checkpoint(&self) -> Vec<u8> {
+        Checkpoint {
+            recipe: self.recipe.clone(),
+            flights_hash: of_flights(self.flights),
+            episode: self.episode,
+            network: self.network.clone(),
+        }
+        .to_bytes()
     }
 
     /// The recorded step.
@@ -220,4 +272,77 @@ fn measure_features(
         normalisation.gain[feature] = 1.0 / variance.sqrt().max(0.05);
     }
     normalisation
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generator::{GeneratorSettings, generate};
+
+    fn recipe() -> Recipe {
+        Recipe {
+            episodes: 3,
+            flights: 32,
+            ..Recipe::DEFAULT
+        }
+    }
+
+    fn flights() -> Vec<Flight> {
+        let settings = GeneratorSettings {
+            flights: 12,
+            ..GeneratorSettings::default()
+        };
+        generate(&settings).unwrap()
+    }
+
+    #[test]
+    fn a_resumed_run_ends_with_the_same_bits() {
+        let flights = flights();
+        let mut whole = Training::new(recipe(), &flights).unwrap();
+        let first = whole.episode();
+        assert!(first.surprise.is_finite() && first.updates >= 2);
+        let checkpoint = whole.checkpoint();
+        whole.episode();
+        let mut resumed = Training::resume(recipe(), &flights, &checkpoint).unwrap();
+        resumed.episode();
+        assert_eq!(resumed.network.to_state(), whole.network.to_state());
+        assert_eq!(resumed.checkpoint(), whole.checkpoint());
+    }
+
+    #[test]
+    fn a_checkpoint_of_another_run_is_refused() {
+        let flights = flights();
+        let checkpoint = Training::new(recipe(), &flights).unwrap().checkpoint();
+        let other = Recipe {
+            seed: 9,
+            ..recipe()
+        };
+        assert_eq!(
+            Training::resume(other, &flights, &checkpoint).unwrap_err(),
+            ResumeError::OtherRecipe
+        );
+        assert_eq!(
+            Training::resume(recipe(), &flights[1..], &checkpoint).unwrap_err(),
+            ResumeError::OtherFlights
+        );
+    }
+
+    #[test]
+    fn settings_that_cannot_work_are_refused() {
+        let bad = Recipe {
+            flights: 40,
+            ..recipe()
+        };
+        assert!(matches!(
+            Training::new(bad, &flights()),
+            Err(TrainingError::BatchSize {
+                flights: 40,
+                unit: 32
+            })
+        ));
+        assert!(matches!(
+            Training::new(recipe(), &[]),
+            Err(TrainingError::NoFlights)
+        ));
+    }
 }
