@@ -101,20 +101,23 @@ pub fn correct_polar<const N: usize>(
     covariance: &SMatrix<f32, N, N>,
     measurement: &Measurement,
 ) -> Result<Corrected<N>, EkfError> {
-    correct_polar_inflated(state, covariance, measurement, [0.0; 4]).map(|(corrected, _)| corrected)
+    let s = &measurement.sigmas;
+    let variances =
+        [s.elevation_rad, s.azimuth_rad, s.range_m, s.range_rate_mps].map(|sigma| sigma * sigma);
+    correct_polar_with(state, covariance, measurement, variances).map(|(corrected, _)| corrected)
 }
 
-/// [`correct_polar`] with variances added to those of elevation, azimuth, range and range-rate;
-/// also returns the innovations whitened in turn, each over its standard deviation given the ones
+/// [`correct_polar`] with other variances of elevation, azimuth, range and range-rate than the
+/// stated ones; also returns the innovations whitened in turn, each over its standard deviation given the ones
 /// before, whose squares sum to the NIS.
 ///
 /// # Errors
 /// [`EkfError`]; the inputs are untouched.
-pub fn correct_polar_inflated<const N: usize>(
+pub fn correct_polar_with<const N: usize>(
     state: &SVector<f32, N>,
     covariance: &SMatrix<f32, N, N>,
     measurement: &Measurement,
-    inflation: [f32; 4],
+    variances: [f32; 4],
 ) -> Result<(Corrected<N>, [f32; 4]), EkfError> {
     const {
         assert!(
@@ -131,12 +134,6 @@ pub fn correct_polar_inflated<const N: usize>(
         measurement.azimuth_rad,
         measurement.range_m,
         measurement.range_rate_mps,
-    ];
-    let sigmas = [
-        measurement.sigmas.elevation_rad,
-        measurement.sigmas.azimuth_rad,
-        measurement.sigmas.range_m,
-        measurement.sigmas.range_rate_mps,
     ];
     let mut corrected = Corrected {
         state: *state,
@@ -157,8 +154,7 @@ pub fn correct_polar_inflated<const N: usize>(
             innovation = wrap_angle(innovation);
         }
         innovation -= derivative.dot(&(corrected.state - state));
-        let noise = sigmas[row] * sigmas[row] + inflation[row];
-        whitened[row] = correct_scalar(&mut corrected, &derivative, innovation, noise)?;
+        whitened[row] = correct_scalar(&mut corrected, &derivative, innovation, variances[row])?;
     }
     Ok((corrected.checked()?, whitened))
 }

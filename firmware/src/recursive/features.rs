@@ -11,7 +11,7 @@ use super::sight::LineOfSight;
 use crate::kernel::sqrt;
 
 /// Features, the network's notes included.
-pub const FEATURES: usize = 52 + NOTES;
+pub const FEATURES: usize = 55 + NOTES;
 
 /// Normalised features are kept within this many standard deviations.
 pub const FEATURE_LIMIT: f32 = 4.0;
@@ -47,7 +47,7 @@ pub fn features(
     }
     writer.all(memory.innovation.map(|y| y.clamp(-4.0, 4.0)));
     writer.all(memory.drift);
-    writer.all([(memory.surprise - 1.0).clamp(-2.0, 4.0)]);
+    writer.all(memory.squares.map(|square| logf(square + 0.05)));
     writer.all(memory.ln_sigmas);
     writer.all([memory.coast_s, expf(-memory.age_s / 1.5), logf(dt_s * 10.0)]);
     let (v, a) = (velocity, acceleration);

@@ -7,11 +7,11 @@ use crate::Sigmas;
 /// Running means of the velocity.
 pub const MEANS: usize = 4;
 /// Numbers that the network writes for itself to read at the next step.
-pub const NOTES: usize = 12;
+pub const NOTES: usize = 9;
 /// Time constants of the running means of the velocity, s.
 pub const MEAN_TIMES_S: [f32; MEANS] = [0.25, 0.7, 2.0, 6.0];
 /// Time constants of the network's own notes, s.
-const NOTE_TIMES_S: [f32; NOTES] = [0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8, 1.2, 1.7, 2.5, 3.5, 5.0];
+const NOTE_TIMES_S: [f32; NOTES] = [0.1, 0.15, 0.25, 0.4, 0.7, 1.1, 1.8, 3.0, 5.0];
 
 /// Statistics of the flight so far.
 #[derive(Clone, Copy, Debug)]
@@ -21,11 +21,11 @@ pub struct Memory {
     pub innovation: [f32; 4],
     /// Running mean of `innovation` over measurements.
     pub drift: [f32; 4],
-    /// Running mean over measurements of the normalised innovation squared over four.
-    pub surprise: f32,
+    /// Running mean over measurements of the squares of `innovation`; one is honest.
+    pub squares: [f32; 4],
     /// Natural logarithms of the last measurement's sigmas: elevation, azimuth, range, range-rate.
     pub ln_sigmas: [f32; 4],
-    /// Time since the last measurement, s.
+    /// Time since the last measurement that was used, s.
     pub coast_s: f32,
     /// Time since the first measurement, s.
     pub age_s: f32,
@@ -52,7 +52,7 @@ impl Memory {
         Self {
             innovation: [0.0; 4],
             drift: [0.0; 4],
-            surprise: 1.0,
+            squares: [1.0; 4],
             ln_sigmas: ln_sigmas(sigmas),
             coast_s: 0.0,
             age_s: 0.0,
@@ -61,29 +61,27 @@ impl Memory {
         }
     }
 
-    /// Takes in a correction: whitened innovation and the sensor's sigmas.
+    /// Takes in a measurement: its whitened innovation and the sensor's sigmas.
     pub fn measured(&mut self, whitened: [f32; 4], sigmas: &Sigmas) {
         self.innovation = whitened;
-        let mut nis = 0.0;
-        for (drift, y) in self.drift.iter_mut().zip(whitened) {
+        for ((drift, square), y) in self.drift.iter_mut().zip(&mut self.squares).zip(whitened) {
             *drift += 0.15 * (y.clamp(-5.0, 5.0) - *drift);
-            nis += y * y;
+            *square += 0.1 * ((y * y).clamp(0.0, 25.0) - *square);
         }
-        self.surprise += 0.1 * ((0.25 * nis).clamp(0.0, 10.0) - self.surprise);
         self.ln_sigmas = ln_sigmas(sigmas);
-        self.coast_s = 0.0;
     }
 
     /// Takes in a step without a measurement.
-    pub fn coasted(&mut self, dt_s: f32) {
+    pub fn missed(&mut self) {
         for y in &mut self.innovation {
             *y *= 0.8;
         }
-        self.coast_s += dt_s;
     }
 
-    /// Takes in what every step has: the time, the velocity after it, the network's notes.
-    pub fn stepped(&mut self, dt_s: f32, velocity: [f32; 3], notes: &[f32]) {
+    /// Takes in what every step has: the time, whether a measurement was used, the velocity after
+    /// it, the network's notes.
+    pub fn stepped(&mut self, dt_s: f32, used: bool, velocity: [f32; 3], notes: &[f32]) {
+        self.coast_s = if used { 0.0 } else { self.coast_s + dt_s };
         self.age_s += dt_s;
         for (mean, time_s) in self.velocity_means.iter_mut().zip(MEAN_TIMES_S) {
             // A plain mean until the flight is older than the time constant.

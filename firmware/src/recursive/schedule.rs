@@ -5,13 +5,13 @@ use libm::{expf, logf};
 use super::population::Base;
 
 /// Outputs of the network that schedule the motion model; its memory follows them.
-pub const SCHEDULE: usize = 14;
+pub const SCHEDULE: usize = 17;
 /// Scale from an output to a mean jerk, m/s^3.
 pub const JERK_SCALE: f32 = 2.0;
 /// First of the three outputs that are a mean jerk.
 pub const JERK_OUTPUT: usize = 4;
 
-/// Rates and noise densities of a linear-Gaussian motion model.
+/// Rates and noise densities of a linear-Gaussian motion model, and trust in the sensor.
 ///
 /// Three-vectors run along the level line of sight: radial, lateral, vertical.
 #[derive(Clone, Copy, Debug)]
@@ -30,6 +30,8 @@ pub struct Schedule {
     pub acceleration_noise: [f32; 3],
     /// Spectral density of white velocity, m^2/s.
     pub velocity_noise: f32,
+    /// What the sensor's stated variances are multiplied with: angles, range, range-rate.
+    pub sensor_scale: [f32; 3],
 }
 
 impl Schedule {
@@ -51,6 +53,7 @@ impl Schedule {
             jerk_noise: noise(7, base.jerk_noise),
             acceleration_noise: noise(10, base.acceleration_noise),
             velocity_noise: scaled(13, 7.0, base.velocity_noise),
+            sensor_scale: core::array::from_fn(|i| scaled(14 + i, 2.0, 1.0)),
         }
     }
 }

@@ -10,7 +10,7 @@ use super::sight::LineOfSight;
 use super::start::start;
 use crate::blob::{Blob, field::RECURSIVE_OUTPUTS as OUTPUTS};
 use crate::coast::seconds_between;
-use crate::ekf::correct_polar_inflated;
+use crate::ekf::correct_polar_with;
 use crate::estimate::{Estimate, Mode, Motion};
 use crate::measurement::Measurement;
 use crate::monte_carlo::separate_moments;
@@ -23,8 +23,8 @@ const INTERVAL_MAX_S: f32 = 0.25;
 /// After a longer silence the next measurement starts the filter anew, s.
 const SILENCE_MAX_S: f32 = 10.0;
 /// Normalised innovation squared (four degrees of freedom) beyond which a measurement is not used.
-/// Sigmas mis-stated by two pass: their NIS averages 16 and exceeds this once in ten thousand.
-const GATE_NIS: f32 = 80.0;
+/// Chance exceeds it once in 20 million; the network trains under the same gate.
+const GATE_NIS: f32 = 40.0;
 /// Measurements in a row outside the gate after which the filter starts anew.
 const REJECTIONS_MAX: u8 = 3;
 /// Speed, m/s, and acceleration, m/s^2, that no target of this kind reaches.
@@ -56,17 +56,21 @@ struct Track {
     rejections: u8,
 }
 
-/// What the memory takes in once the velocity after the correction is known.
+/// What one answer of the network means after the prediction.
 struct Step {
     interval_s: f32,
+    /// For the correction: see [`Schedule::sensor_scale`].
+    sensor_scale: [f32; 3],
+    /// For the memory, once the velocity after the correction is known.
     notes: [f32; NOTES],
 }
 
 impl Track {
-    fn remember(&mut self, step: &Step) {
+    fn remember(&mut self, step: &Step, used: bool) {
         if step.interval_s > 0.0 {
             let velocity = [self.state[3], self.state[4], self.state[5]];
-            self.memory.stepped(step.interval_s, velocity, &step.notes);
+            self.memory
+                .stepped(step.interval_s, used, velocity, &step.notes);
         }
     }
 }
@@ -105,19 +109,26 @@ impl<'a> Recursive<'a> {
         let Some((mut track, step)) = self.predicted(track, measurement.time_us)? else {
             return Ok(self.start(measurement, Mode::Restarted));
         };
-        let inflation = curvature(&track.state, &track.covariance);
-        let corrected =
-            correct_polar_inflated(&track.state, &track.covariance, measurement, inflation);
+        let curvature = curvature(&track.state, &track.covariance);
+        let s = &measurement.sigmas;
+        let [angles, range, range_rate] = step.sensor_scale;
+        let variances = [
+            s.elevation_rad * s.elevation_rad * angles + curvature[0],
+            s.azimuth_rad * s.azimuth_rad * angles + curvature[1],
+            s.range_m * s.range_m * range + curvature[2],
+            s.range_rate_mps * s.range_rate_mps * range_rate + curvature[3],
+        ];
+        let corrected = correct_polar_with(&track.state, &track.covariance, measurement, variances);
         let Ok((corrected, whitened)) = corrected else {
             return Ok(self.start(measurement, Mode::Restarted));
         };
-        if corrected.nis > GATE_NIS {
+        track.memory.measured(whitened, s);
+        if corrected.nis >= GATE_NIS {
             track.rejections += 1;
             if track.rejections >= REJECTIONS_MAX {
                 return Ok(self.start(measurement, Mode::Restarted));
             }
-            track.memory.coasted(step.interval_s);
-            track.remember(&step);
+            track.remember(&step, false);
             self.track = Some(track);
             return Ok(estimate(&track, corrected.nis, Mode::Rejected));
         }
@@ -127,8 +138,7 @@ impl<'a> Recursive<'a> {
             return Ok(self.start(measurement, Mode::Restarted));
         }
         track.rejections = 0;
-        track.memory.measured(whitened, &measurement.sigmas);
-        track.remember(&step);
+        track.remember(&step, true);
         self.track = Some(track);
         Ok(estimate(&track, corrected.nis, Mode::Tracking))
     }
@@ -140,8 +150,8 @@ impl<'a> Recursive<'a> {
         // Out of bounds there is nothing to start from: the last state stands, as it was.
         let track = match self.predicted(track, time_us)? {
             Some((mut predicted, step)) => {
-                predicted.memory.coasted(step.interval_s);
-                predicted.remember(&step);
+                predicted.memory.missed();
+                predicted.remember(&step, false);
                 predicted
             }
             None => Track { time_us, ..track },
@@ -180,6 +190,7 @@ impl<'a> Recursive<'a> {
         let interval_s = dt_s / f32::from(parts);
         let mut step = Step {
             interval_s,
+            sensor_scale: [1.0; 3],
             notes: [0.0; NOTES],
         };
         if interval_s <= 0.0 {
@@ -187,8 +198,8 @@ impl<'a> Recursive<'a> {
         }
         for part in 0..parts {
             if part > 0 {
-                track.memory.coasted(interval_s);
-                track.remember(&step);
+                track.memory.missed();
+                track.remember(&step, false);
             }
             let sight = LineOfSight::to([track.state[0], track.state[1], track.state[2]]);
             let inputs = features(
@@ -221,6 +232,7 @@ impl<'a> Recursive<'a> {
             );
             track.state = state;
             track.covariance = covariance;
+            step.sensor_scale = schedule.sensor_scale;
             step.notes.copy_from_slice(&outputs[SCHEDULE..]);
         }
         Ok(within_bounds(&track).then_some((track, step)))
