@@ -1,0 +1,192 @@
+//! The firmware's recursive filter in f32 against the trainer's own step in f64, the twin that it
+//! was trained with, over whole flights with gaps.
+
+mod tolerance;
+
+use bnkf::blob::{Blob, FeatureLayout, Kind};
+use bnkf::network::Network;
+use bnkf::{Estimate, Measurement, Mode, Settings, Tracker};
+use bnkf_model_export::architecture::Architecture;
+use bnkf_model_export::blob_writer::{BlobContents, Normalisation, write_blob};
+use bnkf_model_export::flight::Flight;
+use bnkf_model_export::gaps::SamplingRate;
+use bnkf_model_export::gaussian_weights::GaussianWeights;
+use bnkf_model_export::generator::{GeneratorSettings, generate};
+use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
+use bnkf_model_export::quantise::quantise;
+use bnkf_model_export::radar_sampling::{RadarSettings, sample_radar, time_us};
+use bnkf_model_export::random_source::RandomSource;
+use bnkf_model_export::recursive::carry::Carry;
+use bnkf_model_export::recursive::features::{self, FEATURES, features};
+use bnkf_model_export::recursive::schedule::{Base, OUTPUTS};
+use bnkf_model_export::recursive::start::{Population, start};
+use bnkf_model_export::recursive::step::{Arrival, advance};
+use tolerance::RECURSIVE_TWIN;
+
+const POPULATION: Population = Population {
+    range_m: 33.5,
+    range_sigma_m: 6.0,
+    elevation_rad: 0.5,
+    elevation_sigma_rad: 0.21,
+    horizontal_sigma_mps: 1.6,
+    vertical_sigma_mps: 0.5,
+    acceleration_sigma_mps2: 2.0,
+};
+
+/// A network of random weights: every output moves, none means anything.
+fn blob() -> Vec<u8> {
+    let architecture = Architecture::new(vec![FEATURES, 24, OUTPUTS]).expect("small");
+    let mut random = RandomSource::new(11, &[]);
+    let p = POPULATION;
+    let base = Base::DRONE;
+    let parameters = [
+        p.range_m,
+        p.range_sigma_m,
+        p.elevation_rad,
+        p.elevation_sigma_rad,
+        p.horizontal_sigma_mps,
+        p.vertical_sigma_mps,
+        p.acceleration_sigma_mps2,
+        base.decay_hz,
+        base.jerk_noise,
+        base.acceleration_noise,
+        base.velocity_noise,
+    ];
+    let contents = BlobContents {
+        kind: Kind::Recursive,
+        features: FeatureLayout::Recursive64,
+        passes: 1,
+        parameters: parameters.map(|x| x as f32).to_vec(),
+        inputs: vec![
+            Normalisation {
+                mean: 0.0,
+                scale: 4.0
+            };
+            FEATURES
+        ],
+        outputs: vec![
+            Normalisation {
+                mean: 0.0,
+                scale: 1.0
+            };
+            OUTPUTS
+        ],
+        networks: vec![quantise(&GaussianWeights::random(
+            &architecture,
+            0.01,
+            &mut random,
+        ))],
+    };
+    write_blob(&contents).expect("valid blob")
+}
+
+struct Twin<'a> {
+    network: Network<'a>,
+    carry: Option<Carry<f64>>,
+}
+
+impl Twin<'_> {
+    /// The f64 step, fed with the same f32 measurement and the same integer network.
+    fn step(&mut self, measurement: Option<&Measurement>, dt_s: f64) -> Carry<f64> {
+        let polar = measurement.map(|m| {
+            let values = [m.elevation_rad, m.azimuth_rad, m.range_m, m.range_rate_mps];
+            let s = &m.sigmas;
+            let sigmas = [s.elevation_rad, s.azimuth_rad, s.range_m, s.range_rate_mps];
+            (values.map(f64::from), sigmas.map(f64::from))
+        });
+        let next = match (&self.carry, polar) {
+            (None, Some((values, sigmas))) => start(&values, &sigmas, &POPULATION),
+            (None, None) => panic!("flights start with a measurement"),
+            (Some(carry), polar) => {
+                let mut normalisation = features::Normalisation::IDENTITY;
+                normalisation.gain.fill(0.25);
+                let inputs = normalisation.apply(&features(carry, dt_s));
+                let mut outputs = [0.0; OUTPUTS];
+                self.network
+                    .mean_pass(&inputs.map(|x| x as f32), &mut outputs);
+                let (measurement, sigmas) = polar.unwrap_or(([0.0; 4], [1.0; 4]));
+                let measured = f64::from(u8::from(polar.is_some()));
+                let arrival = Arrival {
+                    dt_s,
+                    measured,
+                    measurement,
+                    sigmas,
+                };
+                advance(carry, &outputs.map(f64::from), &arrival, &Base::DRONE)
+            }
+        };
+        self.carry = Some(next);
+        next
+    }
+}
+
+fn flights() -> Vec<Flight> {
+    generate(&GeneratorSettings {
+        flights: 4,
+        seed: 5,
+        ..GeneratorSettings::default()
+    })
+    .expect("valid settings")
+}
+
+#[test]
+fn single_precision_follows_the_double_precision_twin() {
+    let bytes = blob();
+    let blob = Blob::parse(&bytes).expect("valid blob");
+    let (mut worst_shift, mut worst_variance, mut coasted) = (0.0_f64, 0.0_f64, 0);
+    for flight in flights() {
+        for level in NoiseLevel::ALL {
+            let settings = RadarSettings::paper(level, NoiseTable::Radians, SamplingRate::HALF, 3);
+            let readings = sample_radar(&flight, &settings);
+            let mut tracker = Tracker::new(blob, Settings::of(&blob)).expect("valid settings");
+            let network = Network::new(blob.networks().next().expect("one network"));
+            let mut twin = Twin {
+                network,
+                carry: None,
+            };
+            let mut last_us = 0;
+            for (sample, reading) in flight.samples.iter().zip(&readings) {
+                let now_us = time_us(&flight, sample.time_s);
+                let measurement = reading.as_ref().map(Measurement::from);
+                let expected = twin.step(measurement.as_ref(), (now_us - last_us) as f64 * 1e-6);
+                last_us = now_us;
+                let estimate = match &measurement {
+                    Some(measurement) => tracker.step(measurement),
+                    None => tracker.coast(now_us),
+                };
+                let estimate = estimate.expect("a step");
+                assert_ne!(estimate.mode, Mode::Restarted);
+                coasted += usize::from(estimate.mode == Mode::Coasting);
+                let (shift, variance) = difference(&estimate, &expected);
+                worst_shift = worst_shift.max(shift);
+                worst_variance = worst_variance.max(variance);
+            }
+        }
+    }
+    println!("position {worst_shift:.1e} sigma, variance {worst_variance:.1e}");
+    assert!(coasted > 500, "{coasted} steps were coasted");
+    assert!(worst_shift < RECURSIVE_TWIN, "{worst_shift}");
+    assert!(worst_variance < RECURSIVE_TWIN, "{worst_variance}");
+}
+
+/// Largest difference of a state in standard deviations, and of a variance relative to it.
+fn difference(estimate: &Estimate, expected: &Carry<f64>) -> (f64, f64) {
+    let motion = estimate.motion.expect("a recursive estimate");
+    let state: Vec<f32> = [
+        estimate.position_m,
+        motion.velocity_mps,
+        motion.acceleration_mps2,
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    let (mut shift, mut variance) = (0.0_f64, 0.0_f64);
+    for i in 0..9 {
+        let expected_variance = expected.covariance[i][i];
+        let error = (f64::from(state[i]) - expected.state[i]).abs();
+        shift = shift.max(error / expected_variance.sqrt());
+        let error = (f64::from(motion.covariance[i][i]) - expected_variance).abs();
+        variance = variance.max(error / expected_variance);
+    }
+    (shift, variance)
+}
