@@ -8,9 +8,9 @@ use std::time::Duration;
 
 use bnkf::blob::{self, Blob, field};
 use bnkf::protocol::{RefusalCode, Reply, Request, encode};
-use bnkf::{Correction, Measurement, Settings};
+use bnkf::{Correction, Settings};
 use bnkf_host_sim::image_build::build_image;
-use bnkf_host_sim::image_equality::{Comparison, RecordedStep, compare};
+use bnkf_host_sim::image_equality::{Comparison, RecordedStep, compare, record};
 use bnkf_host_sim::image_log::LogTable;
 use bnkf_host_sim::image_session::{ImageSession, SessionError};
 use bnkf_host_sim::qemu::QemuError;
@@ -18,7 +18,7 @@ use bnkf_host_sim::toolchain::{Toolchain, ToolchainChoice};
 use bnkf_model_export::gaps::SamplingRate;
 use bnkf_model_export::generator::{GeneratorSettings, generate};
 use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
-use bnkf_model_export::radar_sampling::{RadarSettings, sample_radar, time_us};
+use bnkf_model_export::radar_sampling::RadarSettings;
 
 const BNKF: &[u8] = include_bytes!("golden/tiny_bnkf.bnkf");
 const BNKFE: &[u8] = include_bytes!("golden/tiny_bnkfe.bnkf");
@@ -50,14 +50,7 @@ fn flight() -> Vec<RecordedStep> {
         SamplingRate::THREE_QUARTERS,
         1,
     );
-    let readings = sample_radar(&flight, &radar);
-    let steps = flight.samples.iter().zip(readings);
-    steps
-        .map(|(sample, reading)| RecordedStep {
-            time_us: time_us(&flight, sample.time_s),
-            measurement: reading.as_ref().map(Measurement::from),
-        })
-        .collect()
+    record(&flight, &radar)
 }
 
 fn run(image: &Path, blob: &[u8], correction: Correction, steps: &[RecordedStep]) -> Comparison {

@@ -3,6 +3,8 @@
 use bnkf::blob::Blob;
 use bnkf::protocol::{EstimateFrame, RefusalCode};
 use bnkf::{Measurement, Settings, Tracker, TrackerError};
+use bnkf_model_export::flight::Flight;
+use bnkf_model_export::radar_sampling::{RadarSettings, sample_radar, time_us};
 
 use crate::image_session::{ImageSession, SessionError};
 
@@ -13,6 +15,18 @@ pub struct RecordedStep {
     pub time_us: u64,
     /// What was measured; `None` in a gap.
     pub measurement: Option<Measurement>,
+}
+
+/// What the radar reports of a flight, step by step.
+pub fn record(flight: &Flight, radar: &RadarSettings) -> Vec<RecordedStep> {
+    let readings = sample_radar(flight, radar);
+    let steps = flight.samples.iter().zip(readings);
+    steps
+        .map(|(sample, reading)| RecordedStep {
+            time_us: time_us(flight, sample.time_s),
+            measurement: reading.as_ref().map(Measurement::from),
+        })
+        .collect()
 }
 
 /// What a tracker made of one step.

@@ -4,17 +4,17 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use bnkf::{Correction, Measurement, Settings, Tracker};
+use bnkf::{Correction, Settings, Tracker};
 use bnkf_model_export::flight::Flight;
 use bnkf_model_export::flight_csv::{FlightFileError, read_flight_csv};
 use bnkf_model_export::gaps::SamplingRate;
 use bnkf_model_export::generator::{GeneratorError, GeneratorSettings, generate};
 use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
-use bnkf_model_export::radar_sampling::{RadarSettings, sample_radar, time_us};
+use bnkf_model_export::radar_sampling::RadarSettings;
 
 use crate::default_models;
 use crate::image_build::{ImageBuildError, build_image};
-use crate::image_equality::{Comparison, Difference, EqualityError, RecordedStep, compare};
+use crate::image_equality::{Comparison, Difference, EqualityError, compare, record};
 use crate::image_log::{ImageLogError, LogTable};
 use crate::image_report::{figures, grouped};
 use crate::image_session::{ImageSession, SessionError};
@@ -47,9 +47,9 @@ pub struct Args {
     /// Part of the samples that is measured; the image coasts through the rest
     #[arg(long, default_value = "0.75", value_parser = sampling_rate)]
     pub rate: SamplingRate,
-    /// Correction after the network
-    #[arg(long, value_enum, default_value_t = CorrectionChoice::Converted)]
-    pub correction: CorrectionChoice,
+    /// Correction after the network (default: what the model is made for)
+    #[arg(long, value_enum)]
+    pub correction: Option<CorrectionChoice>,
     /// Monte Carlo passes per estimate (default: the model's own number)
     #[arg(long, value_name = "N")]
     pub passes: Option<u16>,
@@ -171,16 +171,17 @@ impl From<QemuError> for ImageError {
 pub fn run(args: &Args) -> Result<(), ImageError> {
     let model = model(args.model.as_deref())?;
     let blob = model.blob();
-    let mut settings = Settings {
-        correction: args.correction.into(),
+    let own = Settings::of(&blob);
+    let settings = Settings {
+        correction: args.correction.map_or(own.correction, Correction::from),
+        passes: args.passes.unwrap_or(own.passes),
         seed: args.seed,
-        ..Settings::of(&blob)
     };
-    settings.passes = args.passes.unwrap_or(settings.passes);
     // The settings are checked before anything slow is started.
     Tracker::new(blob, settings).map_err(EqualityError::from)?;
     let flight = flight(args)?;
-    let steps = record(&flight, args);
+    let radar = RadarSettings::paper(args.noise, args.noise_table, args.rate, args.seed);
+    let steps = record(&flight, &radar);
 
     let built = tempfile::NamedTempFile::new()?;
     let image = match &args.image {
@@ -250,19 +251,6 @@ fn flight(args: &Args) -> Result<Flight, ImageError> {
         ..GeneratorSettings::default()
     };
     Ok(generate(&settings)?.remove(0))
-}
-
-/// What the radar reports of the flight, step by step.
-fn record(flight: &Flight, args: &Args) -> Vec<RecordedStep> {
-    let radar = RadarSettings::paper(args.noise, args.noise_table, args.rate, args.seed);
-    let readings = sample_radar(flight, &radar);
-    let steps = flight.samples.iter().zip(readings);
-    steps
-        .map(|(sample, reading)| RecordedStep {
-            time_us: time_us(flight, sample.time_s),
-            measurement: reading.as_ref().map(Measurement::from),
-        })
-        .collect()
 }
 
 fn verdict(comparison: &Comparison, image: u32, model: u32) -> Result<(), ImageError> {

@@ -1,0 +1,85 @@
+//! Holds the image to `image_budgets.toml`: memory and instructions for the paper's network.
+
+use std::time::Duration;
+
+use bnkf::Settings;
+use bnkf::blob::{Blob, FeatureLayout, Kind};
+use bnkf_host_sim::image_build::build_image;
+use bnkf_host_sim::image_equality::{Spread, compare, record};
+use bnkf_host_sim::image_session::ImageSession;
+use bnkf_host_sim::toolchain::{Toolchain, ToolchainChoice};
+use bnkf_model_export::architecture::Architecture;
+use bnkf_model_export::blob_writer::{BlobContents, Normalisation, write_blob};
+use bnkf_model_export::gaps::SamplingRate;
+use bnkf_model_export::gaussian_weights::GaussianWeights;
+use bnkf_model_export::generator::{GeneratorSettings, generate};
+use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
+use bnkf_model_export::quantise::quantise;
+use bnkf_model_export::radar_sampling::RadarSettings;
+use bnkf_model_export::random_source::RandomSource;
+
+/// Untrained weights: what a step costs hardly depends on their values.
+fn paper_sized_blob() -> Vec<u8> {
+    let architecture = Architecture::new(vec![12, 64, 64, 64, 64, 64, 3]).unwrap();
+    let mut random = RandomSource::new(1, &[]);
+    let weights = GaussianWeights::random(&architecture, 0.01, &mut random);
+    let unit = Normalisation {
+        mean: 0.0,
+        scale: 10.0,
+    };
+    write_blob(&BlobContents {
+        kind: Kind::Memoryless,
+        features: FeatureLayout::Polar12,
+        passes: 100,
+        parameters: vec![2.0, 4.0],
+        inputs: vec![unit; 12],
+        outputs: vec![unit; 3],
+        networks: vec![quantise(&weights)],
+    })
+    .unwrap()
+}
+
+#[test]
+fn the_image_stays_within_its_budgets() {
+    let bytes = paper_sized_blob();
+    let image = tempfile::NamedTempFile::new().unwrap();
+    let toolchain = Toolchain::find(ToolchainChoice::Auto).unwrap_or_else(|e| panic!("{e}"));
+    build_image(&toolchain, &bytes, image.path()).unwrap_or_else(|e| panic!("{e}"));
+
+    let flight = generate(&GeneratorSettings {
+        flights: 1,
+        ..GeneratorSettings::default()
+    })
+    .unwrap()
+    .remove(0);
+    let (noise, table) = (NoiseLevel::Medium, NoiseTable::Radians);
+    let radar = RadarSettings::paper(noise, table, SamplingRate::THREE_QUARTERS, 1);
+    let blob = Blob::parse(&bytes).unwrap();
+    let mut session = ImageSession::boot(image.path(), Duration::from_secs(120)).unwrap();
+    let steps = record(&flight, &radar);
+    let comparison = compare(&mut session, blob, Settings::of(&blob), &steps).unwrap();
+    assert_eq!(comparison.identical, steps.len());
+    let budget = session.budget().unwrap();
+    let ticks = |ticks| Spread::of(ticks).unwrap().max;
+
+    let figures = [
+        (
+            "code_bytes",
+            budget.flash_bytes - session.ready().blob_bytes,
+        ),
+        ("blob_bytes", session.ready().blob_bytes),
+        ("ram_static_bytes", budget.ram_static_bytes),
+        ("stack_bytes", budget.stack_bytes_max),
+        ("instructions_step", ticks(&comparison.ticks_measured)),
+        ("instructions_coast", ticks(&comparison.ticks_coasted)),
+    ];
+    let limits: toml::Table = include_str!("image_budgets.toml").parse().unwrap();
+    assert_eq!(limits.len(), figures.len(), "one limit for every figure");
+    for (name, figure) in figures {
+        let limit = limits[name].as_integer().unwrap();
+        assert!(
+            i64::from(figure) <= limit,
+            "{name}: {figure} is over the budget of {limit}; all: {figures:?}"
+        );
+    }
+}
