@@ -74,7 +74,7 @@ fn bounds(steps: impl Iterator<Item = (f64, f64)>) -> Bounds {
         };
         known = Some((dof, limits));
         // NaN counts as above: it is certainly not consistent.
-        above += u64::from(!(sum <= limits.1));
+        above += u64::from(sum > limits.1 || sum.is_nan());
         below += u64::from(sum < limits.0);
     }
     let part = |steps: u64| steps as f64 / count as f64;

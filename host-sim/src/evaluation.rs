@@ -1,34 +1,15 @@
 //! Every method over every segment, noise level and rate, on the same readings.
 
 use bnkf_model_export::flight::Flight;
-use bnkf_model_export::gaps::SamplingRate;
-use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
-use bnkf_model_export::radar_sampling::{RadarSettings, sample_radar};
 use bnkf_model_export::reading::Reading;
 use bnkf_model_export::seed;
 use rayon::prelude::*;
 
 use crate::cell::{Cell, CellMetrics, ScoredStep};
 use crate::method::Method;
+use crate::radar::{Condition, Radar};
 use crate::roster::Roster;
 use crate::track::{TrackStep, track};
-
-/// How well and how often the radar measures.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Condition {
-    /// Noise level of the readings.
-    pub noise: NoiseLevel,
-    /// Part of the samples that is measured.
-    pub rate: SamplingRate,
-}
-
-impl Condition {
-    /// The paper's nine: three noise levels, each at three rates.
-    pub fn paper() -> Vec<Self> {
-        let rates = |noise| SamplingRate::ALL.map(|rate| Self { noise, rate });
-        NoiseLevel::ALL.into_iter().flat_map(rates).collect()
-    }
-}
 
 /// What is evaluated.
 #[derive(Clone, Copy, Debug)]
@@ -39,8 +20,8 @@ pub struct Evaluation<'a> {
     pub roster: &'a Roster<'a>,
     /// The blocks of the table.
     pub conditions: &'a [Condition],
-    /// How the angle figures of the noise levels are read.
-    pub noise_table: NoiseTable,
+    /// The radar.
+    pub radar: &'a Radar,
     /// Seed of the radar's noise and of the methods that draw.
     pub seed: u64,
 }
@@ -53,9 +34,7 @@ impl Evaluation<'_> {
 
     /// What the radar reports of `segment`.
     pub fn readings(&self, segment: &Flight, condition: Condition) -> Vec<Option<Reading>> {
-        let Condition { noise, rate } = condition;
-        let settings = RadarSettings::paper(noise, self.noise_table, rate, self.seed);
-        sample_radar(segment, &settings)
+        self.radar.readings(segment, condition, self.seed)
     }
 
     /// Every method over one segment. Depends on nothing but the segment, the condition and the
@@ -69,6 +48,7 @@ impl Evaluation<'_> {
         let ids = [
             seed::name_id("tracker"),
             seed::name_id(&segment.name),
+            condition.table as u64,
             condition.noise as u64,
             condition.rate.get().to_bits(),
         ];
@@ -110,7 +90,7 @@ impl Evaluation<'_> {
                     .flat_map(|tracks| &tracks[index])
                     .copied()
                     .collect();
-                let Condition { noise, rate } = *condition;
+                let Condition { noise, rate, .. } = *condition;
                 cells.push(Cell {
                     method,
                     noise,

@@ -10,11 +10,12 @@ use bnkf_model_export::gaps::SamplingRate;
 use bnkf_model_export::generator::{GeneratorError, GeneratorSettings, generate};
 use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
 
-use crate::evaluation::{Condition, Evaluation};
+use crate::evaluation::Evaluation;
 use crate::method::Method;
 use crate::model::{Model, ModelError};
 use crate::plot::metrics_figure;
 use crate::plot::trajectory_figure::{self, Example};
+use crate::radar::{Condition, Radar};
 use crate::results_json::{self, ModelProvenance, Provenance, Results, command_line};
 use crate::roster::{Roster, RosterError};
 use crate::{default_models, progress, table};
@@ -79,11 +80,12 @@ pub fn run(args: &Args) -> Result<(), DemoError> {
     let flights = generate(&settings)?;
     let models = default_models::load()?;
     let roster = Roster::new(&Method::PAPER, &models, None)?;
+    let radar = Radar::paper(NoiseTable::default());
     let evaluation = Evaluation {
         segments: &flights,
         roster: &roster,
-        conditions: &Condition::paper(),
-        noise_table: NoiseTable::default(),
+        conditions: &radar.conditions(),
+        radar: &radar,
         seed: SEED,
     };
     let bar = progress::bar(evaluation.units(), "Evaluating");
@@ -129,7 +131,8 @@ fn examples<'a>(evaluation: &Evaluation<'a>) -> Vec<Example<'a>> {
     }
     let rate = SamplingRate::THREE_QUARTERS;
     let example = |(noise, flight): (NoiseLevel, &'a Flight)| {
-        let condition = Condition { noise, rate };
+        let table = NoiseTable::default();
+        let condition = Condition { table, noise, rate };
         let readings = evaluation.readings(flight, condition);
         let tracks = evaluation.tracks(flight, &readings, condition);
         Example {

@@ -8,9 +8,10 @@ use bnkf_model_export::noise::NoiseTable;
 use bnkf_model_export::segment::PAPER_SEGMENT_S;
 use bnkf_model_export::volume::Volume;
 
-use crate::evaluation::{Condition, Evaluation};
+use crate::evaluation::Evaluation;
 use crate::method::Method;
 use crate::model::{Model, ModelError};
+use crate::radar::Radar;
 use crate::results_json::{self, ModelProvenance, Provenance, Results, command_line};
 use crate::roster::{Roster, RosterError};
 use crate::{default_models, progress, table};
@@ -134,11 +135,12 @@ fn evaluate(args: &Args) -> Result<Results, EvaluateError> {
         models.push(Model::read(path)?);
     }
     let roster = Roster::new(&args.methods, &models, args.passes)?;
+    let radar = Radar::paper(args.noise_table);
     let evaluation = Evaluation {
         segments: &set.segments,
         roster: &roster,
-        conditions: &Condition::paper(),
-        noise_table: args.noise_table,
+        conditions: &radar.conditions(),
+        radar: &radar,
         seed: args.seed,
     };
     let bar = progress::bar(evaluation.units(), "Evaluating");

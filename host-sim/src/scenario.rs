@@ -1,0 +1,181 @@
+//! A scenario: flights, the volume they fill and the radar that sees them, read from TOML.
+//!
+//! Keys are strict: unknown, missing or out-of-range ones are errors that name file and line.
+
+mod error;
+mod toml_form;
+
+use std::path::Path;
+
+use bnkf_model_export::volume::Volume;
+
+use crate::radar::Radar;
+
+pub use error::ScenarioError;
+
+/// A scenario that was checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scenario {
+    /// Short name.
+    pub name: String,
+    /// One sentence for people.
+    pub summary: String,
+    /// Number of generated flights.
+    pub count: usize,
+    /// Number of generated flights of a quick run.
+    pub quick_count: usize,
+    /// Duration of a flight, seconds.
+    pub duration_s: f64,
+    /// Samples per second.
+    pub rate_hz: f64,
+    /// Factor on the speeds of generated flights.
+    pub speed_scale: f64,
+    /// Factor on the lengths of generated flights.
+    pub size_scale: f64,
+    /// Where flights take place.
+    pub volume: Volume,
+    /// The radar.
+    pub radar: Radar,
+}
+
+/// The scenarios that are part of the program: name and text.
+pub const BUILT_IN: [(&str, &str); 2] = [
+    ("paper", include_str!("../scenarios/paper.toml")),
+    ("counter-uas", include_str!("../scenarios/counter-uas.toml")),
+];
+
+impl Scenario {
+    /// A built-in scenario by its name, or else the file `name`.
+    ///
+    /// # Errors
+    /// The file cannot be read, or a line of it is wrong.
+    pub fn find(name: &Path) -> Result<Self, ScenarioError> {
+        let built_in = BUILT_IN.iter().find(|(known, _)| name == Path::new(known));
+        if let Some((known, text)) = built_in {
+            return toml_form::parse(text, &format!("{known}.toml"));
+        }
+        let file = name.display().to_string();
+        let text = std::fs::read_to_string(name).map_err(|cause| ScenarioError::Io {
+            known: BUILT_IN.map(|(known, _)| known).join(", "),
+            file: file.clone(),
+            cause,
+        })?;
+        toml_form::parse(&text, &file)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use bnkf_model_export::gaps::SamplingRate;
+    use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
+    use bnkf_model_export::volume::Volume;
+
+    use super::{BUILT_IN, Scenario};
+    use crate::radar::{Pattern, Radar};
+
+    #[test]
+    fn the_papers_scenario_is_the_papers() {
+        let scenario = Scenario::find(Path::new("paper")).unwrap();
+        assert_eq!(scenario.volume, Volume::PAPER);
+        let radar = Radar::paper(NoiseTable::Radians);
+        assert_eq!(scenario.radar.sigmas, radar.sigmas);
+        assert_eq!(scenario.radar.rates, SamplingRate::ALL);
+        assert_eq!(scenario.radar.conditions().len(), 18);
+        for level in NoiseLevel::ALL {
+            for table in [NoiseTable::Radians, NoiseTable::Printed] {
+                assert_eq!(scenario.radar.sigmas(table, level), level.sigmas(table));
+            }
+        }
+    }
+
+    #[test]
+    fn the_surveillance_radar_sees_kilometres_and_misses_some() {
+        let scenario = Scenario::find(Path::new("counter-uas")).unwrap();
+        assert_eq!(scenario.radar.range_m_max, 3000.0);
+        assert_eq!(scenario.radar.pattern, Pattern::Even);
+        let high = scenario.radar.sigmas(NoiseTable::Printed, NoiseLevel::High);
+        assert!((high.azimuth_rad - 0.7_f64.to_radians()).abs() < 1e-15);
+        assert_eq!(high.range_m, 3.0);
+    }
+
+    /// Every built-in file with one line changed, and what the error must say.
+    #[test]
+    fn typos_are_named_with_file_and_line() {
+        let (_, text) = BUILT_IN[0];
+        let cases = [
+            (
+                "rate_hz = 10.0",
+                "rate_herz = 10.0",
+                "unknown field `rate_herz`",
+            ),
+            (
+                "rate_hz = 10.0",
+                "rate_hz = -1.0",
+                "`rate_hz` = -1 is not between",
+            ),
+            (
+                "rate_hz = 10.0",
+                "rate_hz = \"ten\"",
+                "invalid type: string",
+            ),
+            ("count = 100", "count = 1", "`count` = 1 is not between"),
+            (
+                "range_m_max = 46.9",
+                "range_m_max = 4.69",
+                "`range_m_min` is not below `range_m_max`",
+            ),
+            (
+                "rates = [1.0, 0.75, 0.5]",
+                "rates = [1.0, 1.75]",
+                "sampling rate 1.75",
+            ),
+            ("rates = [1.0, 0.75, 0.5]", "rates = []", "`rates` is empty"),
+            (
+                "pattern = \"blocks\"",
+                "pattern = \"block\"",
+                "unknown variant `block`",
+            ),
+            (
+                "detection_probability = 1.0",
+                "detection_probability = 1.5",
+                "`detection_probability` = 1.5",
+            ),
+            (
+                "elevation = 0.01\n",
+                "elevation = nan\n",
+                "`elevation` = NaN",
+            ),
+            ("[volume]", "[volume", ""),
+        ];
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mine.toml");
+        for (from, to, message) in cases {
+            let line = text[..text.find(from).unwrap()].lines().count()
+                + usize::from(!text.starts_with(from));
+            std::fs::write(&path, text.replacen(from, to, 1)).unwrap();
+            let error = Scenario::find(&path).unwrap_err().to_string();
+            assert!(error.contains(message), "{to}: {error}");
+            assert!(!error.contains('\n'), "{error}");
+            // Of two keys that contradict each other either may be named; a table that ends too
+            // early is noticed a line later.
+            let named = [line - 1, line, line + 1]
+                .iter()
+                .any(|line| error.starts_with(&format!("{}:{line}: ", path.display())));
+            assert!(named, "{to}: line {line}, {error}");
+        }
+        std::fs::write(&path, text.replacen("rate_hz = 10.0\n", "", 1)).unwrap();
+        let error = Scenario::find(&path).unwrap_err().to_string();
+        assert!(error.contains("missing field `rate_hz`"), "{error}");
+    }
+
+    #[test]
+    fn an_unknown_name_lists_the_built_in_ones() {
+        let error = Scenario::find(Path::new("papper")).unwrap_err().to_string();
+        assert!(
+            error.contains("papper") && error.contains("paper, counter-uas"),
+            "{error}"
+        );
+    }
+}
