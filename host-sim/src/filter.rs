@@ -15,7 +15,7 @@ pub struct Start<'a> {
 }
 
 /// Normalised innovation squared of one correction.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Nis {
     /// `y' S^-1 y`, no unit: chi-square distributed if the filter is consistent.
     pub value: f64,

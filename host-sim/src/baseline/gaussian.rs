@@ -2,6 +2,7 @@
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
+use super::discrete::Discrete;
 use crate::filter::{FilterError, Nis, PositionEstimate};
 
 /// Mean and covariance of a state whose first six entries are position [m] and velocity [m/s].
@@ -24,12 +25,13 @@ impl<const N: usize> Gaussian<N> {
         self.mean.fixed_rows::<3>(3).into_owned()
     }
 
-    /// `x' = F x + w`, w of covariance Q.
+    /// The belief one `step` later.
     #[must_use]
-    pub fn predicted(&self, f: &SMatrix<f64, N, N>, q: &SMatrix<f64, N, N>) -> Self {
+    pub fn predicted(&self, step: &Discrete<N>) -> Self {
+        let f = &step.transition;
         Self {
             mean: f * self.mean,
-            covariance: symmetric(&(f * self.covariance * f.transpose() + q)),
+            covariance: symmetric(&(f * self.covariance * f.transpose() + step.noise)),
         }
     }
 

@@ -4,6 +4,7 @@ use bnkf_model_export::reading::Reading;
 
 use super::clock::Clock;
 use super::correction::Correction;
+use super::discrete::Discrete;
 use super::gaussian::Gaussian;
 use super::motion::{Motion, WhiteAcceleration};
 use super::origin::Origin;
@@ -21,6 +22,7 @@ pub struct Kalman<M, const N: usize> {
     correction: Correction,
     origin: Origin,
     belief: Option<(Clock, Gaussian<N>)>,
+    step: Option<Discrete<N>>,
 }
 
 impl<M: Motion<N>, const N: usize> Kalman<M, N> {
@@ -31,6 +33,7 @@ impl<M: Motion<N>, const N: usize> Kalman<M, N> {
             correction,
             origin,
             belief: None,
+            step: None,
         }
     }
 
@@ -72,7 +75,7 @@ impl<M: Motion<N>, const N: usize> Filter for Kalman<M, N> {
     ) -> Result<PositionEstimate, FilterError> {
         let (clock, state) = self.belief.as_mut().ok_or(FilterError::NotStarted)?;
         let dt_s = clock.advance_s(time_us)?;
-        *state = state.predicted(&self.motion.transition(dt_s), &self.motion.noise(dt_s));
+        *state = state.predicted(Discrete::kept(&mut self.step, &self.motion, dt_s));
         let Some(reading) = reading else {
             return state.position_estimate(None);
         };

@@ -3,11 +3,20 @@
 //! State order: x, y, z, vx, vy, vz, ... [m, m/s, ...]; reading order: elevation, azimuth, range,
 //! range-rate [rad, rad, m, m/s]. Frame: x east, y north, z up, radar at the origin.
 
+pub mod bank;
 pub mod clock;
 pub mod correction;
+pub mod discrete;
 pub mod gaussian;
+pub mod imm;
 pub mod kalman;
+pub mod memoryless;
 pub mod motion;
 pub mod origin;
+pub mod prior;
 pub mod sensor;
 pub mod sigma_points;
+pub mod simplex;
+pub mod singer;
+pub mod tuning;
+pub mod turn;

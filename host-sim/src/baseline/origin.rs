@@ -3,6 +3,8 @@
 use nalgebra::{Matrix6, Vector6};
 
 use super::gaussian::Gaussian;
+use super::prior::PopulationPrior;
+use super::sensor::Observation;
 use crate::filter::Start;
 
 /// How the belief at the first sample is made.
@@ -11,6 +13,8 @@ pub enum Origin {
     /// The paper's: at the truth, with P0 = diag(sigma_range^2 x 3, sigma_range_rate^2 x 3).
     /// No filter in the field has this.
     Truth,
+    /// At the first reading, fused with what is known of the population.
+    Population(PopulationPrior),
 }
 
 impl Origin {
@@ -18,6 +22,7 @@ impl Origin {
     pub fn belief(&self, start: &Start<'_>) -> Gaussian<6> {
         match self {
             Self::Truth => truth(start),
+            Self::Population(prior) => prior.belief(&Observation::from(start.reading)),
         }
     }
 }

@@ -84,7 +84,7 @@ impl Spread {
             cross += offsets.column(i) * (up - down).transpose() * outer;
         }
         Ok(Expectation {
-            innovation: sensor::residual(&observation.z, &mean),
+            residual: sensor::residual(&observation.z, &mean),
             covariance: symmetric(&covariance),
             cross,
         })

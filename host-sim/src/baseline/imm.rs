@@ -1,0 +1,293 @@
+//! Interacting multiple models (Blom and Bar-Shalom 1988) over level turns.
+
+use bnkf_model_export::reading::Reading;
+use nalgebra::{Matrix4, Matrix6, Vector4, Vector6};
+
+use super::clock::Clock;
+use super::correction::{Correction, Innovation};
+use super::discrete::Discrete;
+use super::gaussian::{Gaussian, symmetric};
+use super::origin::Origin;
+use super::sensor::Observation;
+use super::turn::Turn;
+use crate::filter::{Filter, FilterError, Nis, PositionEstimate, Start};
+
+/// M extended Kalman filters that exchange their beliefs before every step.
+#[derive(Clone, Debug)]
+pub struct Imm<const M: usize> {
+    models: [Turn; M],
+    /// Mean time a target stays with one model, s.
+    sojourn_s: f64,
+    origin: Origin,
+    belief: Option<(Clock, [Mode; M])>,
+    steps: [Option<Discrete<6>>; M],
+}
+
+/// One model's belief and its probability.
+#[derive(Clone, Copy, Debug)]
+pub struct Mode {
+    /// Position and velocity under this model.
+    pub state: Gaussian<6>,
+    /// Probability that the target follows this model.
+    pub probability: f64,
+}
+
+impl<const M: usize> Imm<M> {
+    /// A filter that has not been started. All models are equally likely at the start, and a
+    /// target that leaves one (on average after `sojourn_s`) goes to any other.
+    pub fn new(models: [Turn; M], sojourn_s: f64, origin: Origin) -> Self {
+        Self {
+            models,
+            sojourn_s,
+            origin,
+            belief: None,
+            steps: [None; M],
+        }
+    }
+
+    /// The models' beliefs at the last step, in the order of the models.
+    pub fn modes(&self) -> Option<&[Mode; M]> {
+        self.belief.as_ref().map(|(_, modes)| modes)
+    }
+
+    /// The mixture of the models' beliefs at the last step.
+    pub fn belief(&self) -> Option<Gaussian<6>> {
+        self.modes()
+            .map(|modes| mixture(modes, |i| modes[i].probability))
+    }
+
+    /// The beliefs that enter the next step: mixed by the probability of having come from each
+    /// model, with the models' predicted probabilities.
+    fn mixed(&self, modes: &[Mode; M], dt_s: f64) -> [Mode; M] {
+        // The exact chain in continuous time: a long gap evens the models out.
+        let m = M as f64;
+        let kept = if M > 1 {
+            (-dt_s / self.sojourn_s * m / (m - 1.0)).exp()
+        } else {
+            1.0
+        };
+        let leave = (1.0 - kept) / m;
+        let stay = kept + leave;
+        core::array::from_fn(|to| {
+            let weight =
+                |from: usize| modes[from].probability * if from == to { stay } else { leave };
+            let probability: f64 = (0..M).map(weight).sum();
+            let state = mixture(modes, |from| weight(from) / probability);
+            Mode { state, probability }
+        })
+    }
+}
+
+/// Mean and covariance of the mixture of the modes' states.
+fn mixture<const M: usize>(modes: &[Mode; M], weight: impl Fn(usize) -> f64) -> Gaussian<6> {
+    let mut mean = Vector6::zeros();
+    for i in 0..M {
+        mean += modes[i].state.mean * weight(i);
+    }
+    let mut covariance = Matrix6::zeros();
+    for i in 0..M {
+        let away = modes[i].state.mean - mean;
+        covariance += (modes[i].state.covariance + away * away.transpose()) * weight(i);
+    }
+    Gaussian {
+        mean,
+        covariance: symmetric(&covariance),
+    }
+}
+
+/// NIS of the moments of the mixture of predicted readings.
+fn mixed_nis<const M: usize>(
+    modes: &[Mode; M],
+    innovations: &[Innovation; M],
+) -> Result<Nis, FilterError> {
+    let mut mean = Vector4::zeros();
+    for (mode, innovation) in modes.iter().zip(innovations) {
+        mean += innovation.residual * mode.probability;
+    }
+    let mut covariance = Matrix4::zeros();
+    for (mode, innovation) in modes.iter().zip(innovations) {
+        let away = innovation.residual - mean;
+        covariance += (innovation.covariance + away * away.transpose()) * mode.probability;
+    }
+    let factor = covariance
+        .cholesky()
+        .ok_or(FilterError::NotPositiveDefinite)?;
+    Ok(Nis {
+        value: mean.dot(&factor.solve(&mean)),
+        degrees: 4,
+    })
+}
+
+impl<const M: usize> Filter for Imm<M> {
+    fn start(&mut self, start: &Start<'_>) -> Result<PositionEstimate, FilterError> {
+        let state = self.origin.belief(start);
+        let mode = Mode {
+            state,
+            probability: 1.0 / M as f64,
+        };
+        self.belief = Some((Clock::new(start.reading.time_us), [mode; M]));
+        state.position_estimate(None)
+    }
+
+    fn step(
+        &mut self,
+        time_us: u64,
+        reading: Option<&Reading>,
+    ) -> Result<PositionEstimate, FilterError> {
+        let (mut clock, modes) = self.belief.ok_or(FilterError::NotStarted)?;
+        let dt_s = clock.advance_s(time_us)?;
+        let mut modes = self.mixed(&modes, dt_s);
+        for ((mode, model), last) in modes.iter_mut().zip(&self.models).zip(&mut self.steps) {
+            mode.state = mode.state.predicted(Discrete::kept(last, model, dt_s));
+        }
+        let mut nis = None;
+        if let Some(reading) = reading {
+            let observation = Observation::from(reading);
+            let mut innovations = [Innovation::default(); M];
+            for (mode, innovation) in modes.iter_mut().zip(&mut innovations) {
+                (mode.state, *innovation) =
+                    Correction::Extended.apply(&mode.state, &observation)?;
+            }
+            nis = Some(mixed_nis(&modes, &innovations)?);
+            reweigh(&mut modes, &innovations)?;
+        }
+        self.belief = Some((clock, modes));
+        mixture(&modes, |i| modes[i].probability).position_estimate(nis)
+    }
+}
+
+/// Bayes' rule for the models' probabilities.
+fn reweigh<const M: usize>(
+    modes: &mut [Mode; M],
+    innovations: &[Innovation; M],
+) -> Result<(), FilterError> {
+    // Relative to the likeliest model: far from the prediction every density underflows.
+    let best = innovations
+        .iter()
+        .map(|i| i.log_likelihood)
+        .fold(f64::NEG_INFINITY, f64::max);
+    for (mode, innovation) in modes.iter_mut().zip(innovations) {
+        mode.probability *= (innovation.log_likelihood - best).exp();
+    }
+    let sum: f64 = modes.iter().map(|mode| mode.probability).sum();
+    if !(sum.is_finite() && sum > 0.0) {
+        return Err(FilterError::NotFinite);
+    }
+    for mode in modes {
+        mode.probability /= sum;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::baseline::bank::{FiveTurns, SOJOURN_S};
+    use crate::baseline::discrete::Discrete;
+    use crate::baseline::prior::tests::PRIOR;
+    use crate::baseline::sensor::expected;
+    use nalgebra::Vector3;
+
+    const ORIGIN: Origin = Origin::Population(PRIOR);
+
+    fn reading(time_us: u64, state: &Vector6<f64>) -> Reading {
+        let z = expected(
+            &state.fixed_rows::<3>(0).into(),
+            &state.fixed_rows::<3>(3).into(),
+        );
+        Reading {
+            time_us,
+            elevation_rad: z[0],
+            azimuth_rad: z[1],
+            range_m: z[2],
+            range_rate_mps: z[3],
+            sigma_range_m: 1.0,
+            sigma_elevation_rad: 0.001,
+            sigma_azimuth_rad: 0.001,
+            sigma_range_rate_mps: 0.01,
+        }
+    }
+
+    fn started<const M: usize>(mut filter: Imm<M>, state: &Vector6<f64>) -> Imm<M> {
+        let reading = reading(0, state);
+        let (p, v) = (Vector3::zeros(), Vector3::zeros());
+        let start = Start {
+            reading: &reading,
+            true_position_m: p,
+            true_velocity_mps: v,
+        };
+        assert!(filter.start(&start).is_ok());
+        filter
+    }
+
+    #[test]
+    fn the_turn_that_is_flown_becomes_the_likeliest() {
+        let turns = FiveTurns {
+            turn_rate_radps: 0.8,
+            damping_per_s: 0.0,
+            q_m2_s3: 0.05,
+        };
+        for (part, expected_mode) in [(-0.5, 1), (1.0, 4)] {
+            let flown = Turn {
+                turn_rate_radps: part * turns.turn_rate_radps,
+                damping_per_s: 0.0,
+                q_m2_s3: 0.0,
+            };
+            let step = Discrete::new(&flown, 0.1);
+            let mut state = Vector6::new(20.0, 15.0, 10.0, 2.0, 1.0, 0.0);
+            let mut filter = started(Imm::five(&turns, ORIGIN), &state);
+            for k in 1..=60 {
+                state = step.transition * state;
+                let reading = reading(k * 100_000, &state);
+                assert!(filter.step(reading.time_us, Some(&reading)).is_ok());
+            }
+            let modes = filter.modes().unwrap();
+            let sum: f64 = modes.iter().map(|mode| mode.probability).sum();
+            assert!((sum - 1.0).abs() < 1e-12);
+            assert!(modes[expected_mode].probability > 0.5, "{modes:?}");
+        }
+    }
+
+    /// In a gap the models forget towards equal shares, at the rate of the switching.
+    #[test]
+    fn a_long_gap_evens_the_models_out() {
+        let state = Vector6::new(20.0, 15.0, 10.0, 2.0, 1.0, 0.0);
+        let mut filter = started(Imm::wide(ORIGIN), &state);
+        for k in 1..=20 {
+            let reading = reading(k * 100_000, &state);
+            assert!(filter.step(reading.time_us, Some(&reading)).is_ok());
+        }
+        let spread = |filter: &Imm<10>| {
+            let modes = filter.modes().unwrap();
+            modes
+                .iter()
+                .map(|mode| (mode.probability - 0.1).abs())
+                .fold(0.0, f64::max)
+        };
+        let before = spread(&filter);
+        let estimate = filter.step(102_000_000, None).unwrap();
+        assert!(before > 0.05 && spread(&filter) < 1e-9);
+        assert!(estimate.covariance_m2.cholesky().is_some());
+    }
+
+    /// A bank of equal models is one Kalman filter.
+    #[test]
+    fn equal_models_are_one_filter() {
+        let model = Turn {
+            turn_rate_radps: 0.3,
+            damping_per_s: 0.1,
+            q_m2_s3: 0.5,
+        };
+        let state = Vector6::new(20.0, 15.0, 10.0, 2.0, 1.0, 0.0);
+        let mut bank = started(Imm::new([model; 3], SOJOURN_S, ORIGIN), &state);
+        let mut one = started(Imm::new([model], SOJOURN_S, ORIGIN), &state);
+        for k in 1..=30 {
+            let reading = (k % 3 != 0).then(|| reading(k * 100_000, &state));
+            let a = bank.step(k * 100_000, reading.as_ref()).unwrap();
+            let b = one.step(k * 100_000, reading.as_ref()).unwrap();
+            assert!((a.position_m - b.position_m).norm() < 1e-9);
+            assert!((a.covariance_m2 - b.covariance_m2).norm() < 1e-9);
+            assert_eq!(a.nis.is_some(), reading.is_some());
+        }
+    }
+}
