@@ -3,6 +3,7 @@
 pub mod architecture;
 pub mod atomic_file;
 pub mod blob_writer;
+pub mod checkpoint;
 pub mod data_hash;
 pub mod example;
 pub mod flight;
@@ -30,6 +31,7 @@ pub mod reading;
 pub mod recursive;
 pub mod rigid_move;
 pub mod rows;
+pub mod sealed;
 pub mod seed;
 pub mod segment;
 mod shard;

@@ -1,19 +1,20 @@
 //! The affine maps between physical units and what the network computes with.
 
+use crate::blob_writer::Normalisation;
 use crate::example::Example;
 
-/// Mean and inverse scale of every input, mean and scale of the three outputs.
+/// The maps of a memoryless network's inputs and of the three axes.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Normalisation {
-    /// (mean, inverse standard deviation) per feature, in the feature's unit.
-    pub inputs: Vec<(f32, f32)>,
+pub struct Normalisations {
+    /// Mean and standard deviation per feature, in the feature's unit.
+    pub inputs: Vec<Normalisation>,
     /// Mean position, metres.
     pub output_mean_m: [f32; 3],
     /// One scale for the three axes, metres: the root mean square distance from the mean, per axis.
     pub output_scale_m: f32,
 }
 
-impl Normalisation {
+impl Normalisations {
     /// Moments of `examples`, of which the first `inputs` features count. A feature that does not
     /// vary keeps the scale 1.
     #[must_use]
@@ -32,7 +33,10 @@ impl Normalisation {
             let (mean, variance) = moments(&|e| f64::from(e.features[i]));
             let sigma = variance.sqrt();
             let varies = sigma > 1e-6 * mean.abs().max(1e-3);
-            (mean as f32, if varies { (1.0 / sigma) as f32 } else { 1.0 })
+            Normalisation {
+                mean: mean as f32,
+                scale: if varies { sigma as f32 } else { 1.0 },
+            }
         };
         let axes = [0, 1, 2].map(|axis| moments(&|e| e.position_m[axis]));
         let scale = (axes.iter().map(|(_, variance)| variance).sum::<f64>() / 3.0).sqrt();
@@ -45,13 +49,9 @@ impl Normalisation {
 
     /// Appends the normalised features to `to`.
     pub fn push_features(&self, features: &[f32], to: &mut Vec<f32>) {
-        // The same two roundings as the firmware's.
-        to.extend(
-            features
-                .iter()
-                .zip(&self.inputs)
-                .map(|(x, (mean, inverse))| (x - mean) * inverse),
-        );
+        let pairs = features.iter().zip(&self.inputs);
+        // The same roundings as the writer of the blob and the firmware after it.
+        to.extend(pairs.map(|(x, input)| (x - input.mean) * (1.0 / input.scale)));
     }
 
     /// A position, metres, in the network's output units.
@@ -66,7 +66,7 @@ impl Normalisation {
 
 #[cfg(test)]
 mod tests {
-    use super::Normalisation;
+    use super::{Normalisation, Normalisations};
     use crate::example::Example;
     use bnkf::FEATURES_MAX;
 
@@ -84,10 +84,22 @@ mod tests {
             }
         };
         let examples: Vec<Example> = (-3..=3).map(example).collect();
-        let normalisation = Normalisation::of(&examples, 3);
-        assert_eq!(normalisation.inputs[0], (0.0, 0.5));
-        assert_eq!(normalisation.inputs[1].0, 1.0);
-        assert_eq!(normalisation.inputs[2], (2.5, 1.0));
+        let normalisation = Normalisations::of(&examples, 3);
+        assert_eq!(
+            normalisation.inputs[0],
+            Normalisation {
+                mean: 0.0,
+                scale: 2.0
+            }
+        );
+        assert_eq!(normalisation.inputs[1].mean, 1.0);
+        assert_eq!(
+            normalisation.inputs[2],
+            Normalisation {
+                mean: 2.5,
+                scale: 1.0
+            }
+        );
         assert_eq!(normalisation.output_mean_m, [0.0, 0.0, 7.0]);
         let scale = ((4.0 + 0.0 + 16.0) / 3.0_f32).sqrt();
         assert!((normalisation.output_scale_m - scale).abs() < 1e-6);

@@ -4,7 +4,7 @@ use crate::data_hash;
 use crate::example::{Condition, Example, ExampleSettings, examples};
 use crate::flight::Flight;
 use crate::held_out::{HeldOut, HeldOutError, hold_out};
-use crate::normalisation::Normalisation;
+use crate::normalisation::Normalisations;
 use crate::random_source::RandomSource;
 use crate::rows::Rows;
 use crate::seed;
@@ -22,7 +22,7 @@ pub struct TrainingData {
     /// The split of the flights.
     pub split: HeldOut,
     /// Affine maps, fixed by the first draw of the training examples.
-    pub normalisation: Normalisation,
+    pub normalisation: Normalisations,
     /// Training positions: samples of the training flights.
     pub positions: usize,
     /// Standard deviation of a velocity component over the training flights, m/s.
@@ -67,7 +67,7 @@ impl TrainingData {
                 .sum(),
             speed_sigma_mps: component_sigma(&split.training, velocities),
             acceleration_sigma_mps2: component_sigma(&split.training, accelerations),
-            normalisation: Normalisation {
+            normalisation: Normalisations {
                 inputs: Vec::new(),
                 output_mean_m: [0.0; 3],
                 output_scale_m: 1.0,
@@ -81,7 +81,7 @@ impl TrainingData {
         };
         let fixed = |name| seed::derive(settings.seed, &[seed::name_id(name)]);
         let first = data.examples(&passes(&data.split.training), fixed("normalisation noise"));
-        data.normalisation = Normalisation::of(&first, inputs);
+        data.normalisation = Normalisations::of(&first, inputs);
         let held_out = data.examples(&passes(&data.split.validation), fixed("validation noise"));
         data.validation = data.rows(&held_out);
         Ok(data)
