@@ -78,25 +78,6 @@ impl From<&Model> for ModelProvenance {
     }
 }
 
-/// The command line of this process, as one would type it.
-pub fn command_line() -> String {
-    let quoted = |argument: String| {
-        let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+@".contains(c);
-        if !argument.is_empty() && argument.chars().all(plain) {
-            argument
-        } else {
-            format!("'{}'", argument.replace('\'', "'\\''"))
-        }
-    };
-    let mut words = vec!["host-sim".to_owned()];
-    words.extend(
-        std::env::args_os()
-            .skip(1)
-            .map(|word| quoted(word.to_string_lossy().into_owned())),
-    );
-    words.join(" ")
-}
-
 /// Writes `results` to `path`, whole or not at all.
 ///
 /// # Errors

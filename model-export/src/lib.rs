@@ -4,6 +4,7 @@ pub mod architecture;
 pub mod atomic_file;
 pub mod blob_writer;
 pub mod checkpoint;
+pub mod command_line;
 pub mod data_hash;
 pub mod example;
 pub mod flight;

@@ -4,6 +4,7 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use bnkf_model_export::atomic_file::{self, AtomicWriteError};
+use bnkf_model_export::command_line::command_line;
 use bnkf_model_export::data_hash;
 use bnkf_model_export::flight::Flight;
 use bnkf_model_export::gaps::SamplingRate;
@@ -16,7 +17,7 @@ use crate::model::{Model, ModelError};
 use crate::plot::metrics_figure;
 use crate::plot::trajectory_figure::{self, Example};
 use crate::radar::{Condition, Radar};
-use crate::results_json::{self, ModelProvenance, Provenance, Results, command_line};
+use crate::results_json::{self, ModelProvenance, Provenance, Results};
 use crate::roster::{Roster, RosterError};
 use crate::{default_models, progress, table};
 
@@ -160,7 +161,7 @@ fn kind(flight: &Flight) -> &str {
 
 fn provenance(flights: &[Flight], models: &[Model]) -> Provenance {
     Provenance {
-        command: command_line(),
+        command: command_line("host-sim"),
         version: env!("CARGO_PKG_VERSION"),
         seed: SEED,
         data: format!("built-in generator, seed {FLIGHT_SEED}"),

@@ -4,6 +4,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use bnkf_model_export::atomic_file::AtomicWriteError;
+use bnkf_model_export::command_line::command_line;
 use bnkf_model_export::noise::NoiseTable;
 use bnkf_model_export::segment::PAPER_SEGMENT_S;
 use bnkf_model_export::volume::Volume;
@@ -12,7 +13,7 @@ use crate::evaluation::Evaluation;
 use crate::method::Method;
 use crate::model::{Model, ModelError};
 use crate::radar::Radar;
-use crate::results_json::{self, ModelProvenance, Provenance, Results, command_line};
+use crate::results_json::{self, ModelProvenance, Provenance, Results};
 use crate::roster::{Roster, RosterError};
 use crate::{default_models, progress, table};
 use bnkf_model_export::flight_set::{FlightSet, FlightSetError, Preparation};
@@ -147,7 +148,7 @@ fn evaluate(args: &Args) -> Result<Results, EvaluateError> {
     let cells = evaluation.run(&|| bar.inc(1));
     bar.finish_and_clear();
     let provenance = Provenance {
-        command: command_line(),
+        command: command_line("host-sim"),
         version: env!("CARGO_PKG_VERSION"),
         seed: args.seed,
         data: args.flights.display().to_string(),
