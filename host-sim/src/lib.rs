@@ -2,6 +2,7 @@
 
 pub mod baseline;
 pub mod bootstrap;
+pub mod campaign;
 pub mod cell;
 pub mod chi_square;
 pub mod cmd;
@@ -27,6 +28,8 @@ pub mod radar;
 pub mod results_json;
 pub mod roster;
 pub mod scenario;
+pub mod step_record;
+pub mod steps_parquet;
 pub mod table;
 pub mod toolchain;
 pub mod track;

@@ -1,0 +1,3 @@
+//! The full evaluation: cross-validated, resumable, reported.
+
+pub mod work_folder;
