@@ -67,19 +67,10 @@ impl<const L: usize> Packed<L> {
     pub fn pack(&mut self, activations: &[[f32; L]]) {
         let mut inverse = [0.0; L];
         for lane in 0..L {
-            let mut largest = 0.0_f32;
-            let mut sum = 0.0_f32;
-            for row in activations {
-                largest = if row[lane].abs() > largest {
-                    row[lane].abs()
-                } else {
-                    largest
-                };
-                sum += row[lane];
-            }
-            // Zero unless some activation is not finite (or the sum overflows).
-            let largest = largest + sum * 0.0;
-            inverse[lane] = if largest > f32::MIN_POSITIVE {
+            // Magnitudes order like their bits, and what is not finite comes out on top.
+            let magnitude = |row: &[f32; L]| row[lane].to_bits() & 0x7FFF_FFFF;
+            let largest = f32::from_bits(activations.iter().map(magnitude).max().unwrap_or(0));
+            inverse[lane] = if largest > f32::MIN_POSITIVE && largest < f32::INFINITY {
                 VALUE_MAX / largest
             } else {
                 0.0
@@ -148,14 +139,14 @@ fn halves(low: u32, high: u32) -> u32 {
 /// Integer sums of int8 codes times the halves of `words`.
 #[inline]
 fn dot_means<const L: usize>(row: &[u8], words: &[[u32; L]]) -> [i32; L] {
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(any(target_arch = "x86_64", arm_dsp))]
     if L == 4 {
-        let sums = sse2::dot(row, words.as_flattened(), sse2::signed_codes);
+        let sums = four_lanes::dot_means(row, words.as_flattened());
         return core::array::from_fn(|lane| sums[lane]);
     }
     let mut sums = [0_i32; L];
-    for (codes, words) in row.chunks_exact(4).zip(words.chunks_exact(2)) {
-        let codes = u32::from_le_bytes([codes[0], codes[1], codes[2], codes[3]]);
+    for (codes, words) in row.as_chunks().0.iter().zip(words.chunks_exact(2)) {
+        let codes = load(codes);
         multiply_accumulate(&mut sums, sign_extend_even_bytes(codes), &words[0]);
         multiply_accumulate(&mut sums, sign_extend_even_bytes(codes >> 8), &words[1]);
     }
@@ -165,9 +156,9 @@ fn dot_means<const L: usize>(row: &[u8], words: &[[u32; L]]) -> [i32; L] {
 /// Integer sums of decoded variances times the halves of `words`.
 #[inline]
 fn dot_variances<const L: usize>(row: &[u8], words: &[[u32; L]]) -> [i32; L] {
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(any(target_arch = "x86_64", arm_dsp))]
     if L == 4 {
-        let sums = sse2::dot(row, words.as_flattened(), sse2::variances);
+        let sums = four_lanes::dot_variances(row, words.as_flattened());
         return core::array::from_fn(|lane| sums[lane]);
     }
     let mut sums = [0_i32; L];
@@ -177,6 +168,24 @@ fn dot_variances<const L: usize>(row: &[u8], words: &[[u32; L]]) -> [i32; L] {
         multiply_accumulate(&mut sums, halves(v(1), v(3)), &words[1]);
     }
     sums
+}
+
+/// Four codes as one word. The compiler would fetch byte by byte: it does not know that the
+/// processor loads words from any address.
+#[inline]
+fn load(codes: &[u8; 4]) -> u32 {
+    #[cfg(arm_dsp)]
+    {
+        let word;
+        // SAFETY: reads the four bytes of `codes`; ARMv7E-M takes LDR from any alignment.
+        unsafe {
+            core::arch::asm!("ldr {}, [{}]", out(reg) word, in(reg) codes.as_ptr(),
+                options(pure, readonly, nostack, preserves_flags));
+        }
+        word
+    }
+    #[cfg(not(arm_dsp))]
+    u32::from_le_bytes(*codes)
 }
 
 /// Bytes 0 and 2 of `codes`, sign-extended into two halves.
@@ -240,19 +249,144 @@ pub fn sqrt(x: f32) -> f32 {
     libm::sqrtf(x)
 }
 
+/// Four lanes at once on the microcontroller, with the activations of four passes by LDM.
+#[cfg(arm_dsp)]
+mod four_lanes {
+    use core::arch::naked_asm;
+
+    /// Sums of int8 codes times the halves of `words`, two words of four lanes for every group of
+    /// four codes.
+    #[inline]
+    pub fn dot_means(row: &[u8], words: &[u32]) -> [i32; 4] {
+        let groups = (row.len() / 4).min(words.len() / 8);
+        let mut sums = [0; 4];
+        if groups > 0 {
+            // SAFETY: reads `groups` times four bytes of `row` and eight words of `words`, which
+            // both have, and writes the four words of `sums`.
+            unsafe { sum_means(row.as_ptr(), words.as_ptr(), groups, &mut sums) }
+        }
+        sums
+    }
+
+    /// Sums of decoded variances times the halves of `words`, laid out as in [`dot_means`].
+    #[inline]
+    pub fn dot_variances(row: &[u8], words: &[u32]) -> [i32; 4] {
+        let groups = (row.len() / 4).min(words.len() / 8);
+        let mut sums = [0; 4];
+        if groups > 0 {
+            let table = super::VARIANCES.as_ptr();
+            // SAFETY: as above; every byte is an index into the 256 entries of the table.
+            unsafe { sum_variances(row.as_ptr(), words.as_ptr(), groups, &mut sums, table) }
+        }
+        sums
+    }
+
+    #[unsafe(naked)]
+    unsafe extern "C" fn sum_means(
+        row: *const u8,
+        words: *const u32,
+        groups: usize,
+        sums: &mut [i32; 4],
+    ) {
+        naked_asm!(
+            "push {{r3-r11, lr}}",
+            "mov r8, #0",
+            "mov r9, #0",
+            "mov r10, #0",
+            "mov r11, #0",
+            "2:",
+            "ldr r12, [r0], #4",
+            "sxtb16 lr, r12",
+            "sxtb16 r12, r12, ror #8",
+            "ldmia r1!, {{r4-r7}}",
+            "smlad r8, lr, r4, r8",
+            "smlad r9, lr, r5, r9",
+            "smlad r10, lr, r6, r10",
+            "smlad r11, lr, r7, r11",
+            "ldmia r1!, {{r4-r7}}",
+            "smlad r8, r12, r4, r8",
+            "smlad r9, r12, r5, r9",
+            "smlad r10, r12, r6, r10",
+            "smlad r11, r12, r7, r11",
+            "subs r2, #1",
+            "bne 2b",
+            "stmia r3, {{r8-r11}}",
+            "pop {{r3-r11, pc}}",
+        )
+    }
+
+    #[unsafe(naked)]
+    unsafe extern "C" fn sum_variances(
+        row: *const u8,
+        words: *const u32,
+        groups: usize,
+        sums: &mut [i32; 4],
+        table: *const u16,
+    ) {
+        naked_asm!(
+            "push {{r3-r11, lr}}",
+            // The fifth argument lies above the ten registers.
+            "ldr r3, [sp, #40]",
+            "mov r8, #0",
+            "mov r9, #0",
+            "mov r10, #0",
+            "mov r11, #0",
+            "2:",
+            "ldrb r4, [r0], #4",
+            "ldrb r5, [r0, #-3]",
+            "ldrb r6, [r0, #-2]",
+            "ldrb r7, [r0, #-1]",
+            "ldrh r4, [r3, r4, lsl #1]",
+            "ldrh r5, [r3, r5, lsl #1]",
+            "ldrh r6, [r3, r6, lsl #1]",
+            "ldrh r7, [r3, r7, lsl #1]",
+            "pkhbt lr, r4, r6, lsl #16",
+            "pkhbt r12, r5, r7, lsl #16",
+            "ldmia r1!, {{r4-r7}}",
+            "smlad r8, lr, r4, r8",
+            "smlad r9, lr, r5, r9",
+            "smlad r10, lr, r6, r10",
+            "smlad r11, lr, r7, r11",
+            "ldmia r1!, {{r4-r7}}",
+            "smlad r8, r12, r4, r8",
+            "smlad r9, r12, r5, r9",
+            "smlad r10, r12, r6, r10",
+            "smlad r11, r12, r7, r11",
+            "subs r2, #1",
+            "bne 2b",
+            "pop {{r3}}",
+            "stmia r3, {{r8-r11}}",
+            "pop {{r4-r11, pc}}",
+        )
+    }
+}
+
 /// Four lanes at once on the host: PMADDWD is SMLAD without the sum. SSE2 is part of x86_64.
 #[cfg(target_arch = "x86_64")]
-mod sse2 {
+mod four_lanes {
     use core::arch::x86_64::{
         __m128i, _mm_add_epi32, _mm_cvtsi32_si128, _mm_loadu_si128, _mm_madd_epi16, _mm_set_epi16,
         _mm_setzero_si128, _mm_shuffle_epi32, _mm_shufflelo_epi16, _mm_srai_epi16,
         _mm_storeu_si128, _mm_unpacklo_epi8,
     };
 
-    /// Sums over groups of four codes; `decode` turns a group into its two pairs, in the lowest
-    /// two words of a vector. `words` holds two words of four lanes for every group.
+    /// Sums of int8 codes times the halves of `words`, two words of four lanes for every group of
+    /// four codes.
     #[inline]
-    pub fn dot(row: &[u8], words: &[u32], decode: impl Fn(&[u8; 4]) -> __m128i) -> [i32; 4] {
+    pub fn dot_means(row: &[u8], words: &[u32]) -> [i32; 4] {
+        dot(row, words, signed_codes)
+    }
+
+    /// Sums of decoded variances times the halves of `words`, laid out as in [`dot_means`].
+    #[inline]
+    pub fn dot_variances(row: &[u8], words: &[u32]) -> [i32; 4] {
+        dot(row, words, variances)
+    }
+
+    /// Sums over groups of four codes; `decode` turns a group into its two pairs, in the lowest
+    /// two words of a vector.
+    #[inline]
+    fn dot(row: &[u8], words: &[u32], decode: impl Fn(&[u8; 4]) -> __m128i) -> [i32; 4] {
         let (groups, _) = row.as_chunks::<4>();
         let (words, _) = words.as_chunks::<8>();
         let mut sums = [0_i32; 4];
@@ -276,7 +410,7 @@ mod sse2 {
 
     /// Pairs (0, 2) and (1, 3) of four int8 codes.
     #[inline]
-    pub fn signed_codes(codes: &[u8; 4]) -> __m128i {
+    fn signed_codes(codes: &[u8; 4]) -> __m128i {
         // SAFETY: register arithmetic of SSE2.
         unsafe {
             let bytes = _mm_cvtsi32_si128(i32::from_le_bytes(*codes));
@@ -287,7 +421,7 @@ mod sse2 {
 
     /// Pairs (0, 2) and (1, 3) of four decoded variances.
     #[inline]
-    pub fn variances(codes: &[u8; 4]) -> __m128i {
+    fn variances(codes: &[u8; 4]) -> __m128i {
         let v = codes.map(|code| super::VARIANCES[usize::from(code)] as i16);
         // SAFETY: register arithmetic of SSE2.
         unsafe { _mm_set_epi16(0, 0, 0, 0, v[3], v[1], v[2], v[0]) }
