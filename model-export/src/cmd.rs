@@ -1,0 +1,4 @@
+//! The subcommands of `model-export`, one file each.
+
+pub mod flight_source;
+pub mod train;

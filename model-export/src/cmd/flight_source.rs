@@ -1,0 +1,94 @@
+//! Which flights a subcommand works on.
+
+use crate::flight::Flight;
+use crate::flight_set::{FlightSet, FlightSetError, Preparation};
+use crate::generator::{GeneratorError, GeneratorSettings, generate};
+use crate::segment::PAPER_SEGMENT_S;
+use crate::volume::Volume;
+use std::path::PathBuf;
+
+/// Flights of a folder, or built-in ones.
+#[derive(Clone, Debug, clap::Args)]
+pub struct FlightSource {
+    /// Folder of flight files (.csv or .txt: timestamp,tx,ty,tz), or one file
+    #[arg(long, value_name = "PATH", conflicts_with = "builtin")]
+    pub flights: Option<PathBuf>,
+    /// Number of built-in flights of 15 s, instead of a folder
+    #[arg(long, value_name = "N", required_unless_present = "flights")]
+    pub builtin: Option<usize>,
+    /// Seed of the built-in flights
+    #[arg(
+        long,
+        value_name = "SEED",
+        default_value_t = 7001,
+        requires = "builtin"
+    )]
+    pub builtin_seed: u64,
+    /// Length of the segments that flights are cut into, seconds; 0 keeps them whole
+    #[arg(long, value_name = "S", default_value_t = PAPER_SEGMENT_S)]
+    pub segment_s: f64,
+    /// Moves every segment at random (yaw, mirror, shift) into the paper's volume
+    #[arg(long)]
+    pub place: bool,
+}
+
+/// Why there are no flights.
+#[derive(Debug, thiserror::Error)]
+pub enum FlightSourceError {
+    /// A folder cannot be read or prepared.
+    #[error(transparent)]
+    Folder(#[from] FlightSetError),
+    /// Built-in flights cannot be generated.
+    #[error("--builtin: {0}")]
+    Generator(#[from] GeneratorError),
+    /// Neither a folder nor a number of built-in flights.
+    #[error("neither --flights nor --builtin was given")]
+    Nothing,
+}
+
+/// Flights and where they came from.
+#[derive(Clone, Debug)]
+pub struct NamedFlights {
+    /// The folder, or the generator and its seed.
+    pub source: String,
+    /// The flights, cut and placed.
+    pub flights: Vec<Flight>,
+}
+
+impl FlightSource {
+    /// Reads or generates the flights; `seed` places them. Segments that do not fit into the
+    /// volume are named on standard error and left out.
+    ///
+    /// # Errors
+    /// See [`FlightSourceError`].
+    pub fn load(&self, seed: u64) -> Result<NamedFlights, FlightSourceError> {
+        if let Some(path) = &self.flights {
+            let preparation = Preparation {
+                segment_s: self.segment_s,
+                volume: self.place.then_some(Volume::PAPER),
+                radar_m: [0.0; 3],
+                seed,
+            };
+            let set = FlightSet::read(path, &preparation)?;
+            for reason in &set.unplaced {
+                eprintln!("warning: left out: {reason}");
+            }
+            return Ok(NamedFlights {
+                source: path.display().to_string(),
+                flights: set.segments,
+            });
+        }
+        let settings = GeneratorSettings {
+            flights: self.builtin.ok_or(FlightSourceError::Nothing)?,
+            seed: self.builtin_seed,
+            ..GeneratorSettings::default()
+        };
+        Ok(NamedFlights {
+            source: format!(
+                "{} built-in flights, seed {}",
+                settings.flights, settings.seed
+            ),
+            flights: generate(&settings)?,
+        })
+    }
+}
