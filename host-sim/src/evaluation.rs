@@ -2,14 +2,13 @@
 
 use bnkf_model_export::flight::Flight;
 use bnkf_model_export::reading::Reading;
-use bnkf_model_export::seed;
 use rayon::prelude::*;
 
 use crate::cell::{Cell, CellMetrics, ScoredStep};
 use crate::method::Method;
 use crate::radar::{Condition, Radar};
 use crate::roster::Roster;
-use crate::track::{TrackStep, track};
+use crate::track::TrackStep;
 
 /// What is evaluated.
 #[derive(Clone, Copy, Debug)]
@@ -37,28 +36,6 @@ impl Evaluation<'_> {
         self.radar.readings(segment, condition, self.seed)
     }
 
-    /// Every method over one segment. Depends on nothing but the segment, the condition and the
-    /// seed, so neither the order of units nor the number of threads shows in the results.
-    pub fn tracks(
-        &self,
-        segment: &Flight,
-        readings: &[Option<Reading>],
-        condition: Condition,
-    ) -> Vec<(Method, Vec<TrackStep>)> {
-        let ids = [
-            seed::name_id("tracker"),
-            seed::name_id(&segment.name),
-            condition.table as u64,
-            condition.noise as u64,
-            condition.rate.get().to_bits(),
-        ];
-        let filters = self.roster.filters(seed::derive(self.seed, &ids));
-        filters
-            .into_iter()
-            .map(|(method, mut filter)| (method, track(filter.as_mut(), segment, readings)))
-            .collect()
-    }
-
     /// All cells, ordered by condition, then method. Works on all threads of the current rayon
     /// pool and calls `done` after each unit.
     pub fn run(&self, done: &(dyn Fn() + Sync)) -> Vec<Cell> {
@@ -70,7 +47,8 @@ impl Evaluation<'_> {
                 steps.into_iter().map(|step| step.scored).collect()
             };
             let tracks: Vec<Vec<ScoredStep>> = self
-                .tracks(segment, &readings, condition)
+                .roster
+                .tracks(segment, &readings, condition, self.seed)
                 .into_iter()
                 .map(scored)
                 .collect();

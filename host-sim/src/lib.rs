@@ -34,3 +34,4 @@ pub mod table;
 pub mod toolchain;
 pub mod track;
 pub mod tracker_filter;
+pub mod tunings;

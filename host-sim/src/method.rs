@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
     Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ValueEnum, Serialize, Deserialize,
 )]
 pub enum Method {
-    /// Extended Kalman filter as the paper set it up.
+    /// Extended Kalman filter as the paper set it up: truth start, q = 0.1 m^2/s^3.
     #[serde(rename = "EKF")]
     #[value(name = "ekf")]
     Ekf,
@@ -28,6 +28,42 @@ pub enum Method {
     #[serde(rename = "BNKFe")]
     #[value(name = "bnkfe")]
     Bnkfe,
+    /// Extended Kalman filter with a fitted Singer model, started from the first reading.
+    #[serde(rename = "EKF tuned")]
+    #[value(name = "ekf-tuned")]
+    EkfTuned,
+    /// The same with the unscented correction.
+    #[serde(rename = "UKF tuned")]
+    #[value(name = "ukf-tuned")]
+    UkfTuned,
+    /// The same with the cubature correction.
+    #[serde(rename = "CKF tuned")]
+    #[value(name = "ckf-tuned")]
+    CkfTuned,
+    /// Interacting multiple models: constant velocity and four turns, fitted.
+    #[serde(rename = "IMM5")]
+    #[value(name = "imm5")]
+    Imm5,
+    /// A wide bank of ten, not fitted.
+    #[serde(rename = "IMM10")]
+    #[value(name = "imm10")]
+    Imm10,
+    /// The reading converted to Cartesian coordinates.
+    #[serde(rename = "converted")]
+    #[value(name = "converted")]
+    Converted,
+    /// The population's mean position.
+    #[serde(rename = "population")]
+    #[value(name = "population")]
+    PopulationMean,
+    /// The reading's direction at the population's mean range.
+    #[serde(rename = "const range")]
+    #[value(name = "const-range")]
+    ConstantRange,
+    /// The reading fused with the population's range and elevation.
+    #[serde(rename = "fused")]
+    #[value(name = "fused")]
+    Fused,
 }
 
 impl Method {
@@ -42,6 +78,41 @@ impl Method {
             Self::Bnn => "BNN",
             Self::Bnkf => "BNKF",
             Self::Bnkfe => "BNKFe",
+            Self::EkfTuned => "EKF tuned",
+            Self::UkfTuned => "UKF tuned",
+            Self::CkfTuned => "CKF tuned",
+            Self::Imm5 => "IMM5",
+            Self::Imm10 => "IMM10",
+            Self::Converted => "converted",
+            Self::PopulationMean => "population",
+            Self::ConstantRange => "const range",
+            Self::Fused => "fused",
+        }
+    }
+
+    /// One line for people who do not know the name.
+    pub const fn description(self) -> &'static str {
+        match self {
+            Self::Ekf => {
+                "extended Kalman filter as the paper set it up: truth start, q = 0.1 m²/s³"
+            }
+            Self::Ukf => "unscented Kalman filter as the paper set it up",
+            Self::Bnn => "Bayesian network alone, Monte Carlo mean and covariance",
+            Self::Bnkf => "Bayesian network, then the paper's Kalman correction",
+            Self::Bnkfe => "one Bayesian network per axis, then the correction",
+            Self::EkfTuned => {
+                "extended Kalman filter, Singer model fitted on the training flights, started from the first reading"
+            }
+            Self::UkfTuned => "the tuned filter with the unscented correction",
+            Self::CkfTuned => "the tuned filter with the cubature correction",
+            Self::Imm5 => {
+                "interacting multiple models: constant velocity and coordinated turns, fitted"
+            }
+            Self::Imm10 => "a wide bank of ten motion models, not fitted",
+            Self::Converted => "the reading converted to Cartesian coordinates, nothing else",
+            Self::PopulationMean => "the training flights' mean position, whatever the radar says",
+            Self::ConstantRange => "the reading's direction at the training flights' mean range",
+            Self::Fused => "one reading fused with the training flights' range and elevation",
         }
     }
 }
@@ -54,11 +125,13 @@ impl std::fmt::Display for Method {
 
 #[cfg(test)]
 mod tests {
+    use clap::ValueEnum;
+
     use super::Method;
 
     #[test]
     fn results_carry_the_label() {
-        for method in Method::PAPER {
+        for method in Method::value_variants() {
             let json = serde_json::to_value(method).unwrap();
             assert_eq!(json, method.label());
         }

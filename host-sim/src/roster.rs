@@ -1,13 +1,25 @@
 //! Which methods run, and with which models.
 
 use bnkf::blob::Blob;
-use bnkf::{Correction, Settings, Tracker, TrackerError};
+use bnkf::{Correction as TrackerCorrection, Settings, Tracker, TrackerError};
+use bnkf_model_export::flight::Flight;
+use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
+use bnkf_model_export::reading::Reading;
+use bnkf_model_export::seed;
 
+use crate::baseline::correction::Correction;
+use crate::baseline::imm::Imm;
 use crate::baseline::kalman::Kalman;
+use crate::baseline::memoryless::{Memoryless, Rule};
+use crate::baseline::sigma_points::Spread;
+use crate::baseline::tuning::Tuning;
 use crate::filter::Filter;
 use crate::method::Method;
 use crate::model::Model;
+use crate::radar::Condition;
+use crate::track::{TrackStep, track};
 use crate::tracker_filter::TrackerFilter;
+use crate::tunings::Tunings;
 
 /// The methods under test with what they need.
 #[derive(Clone, Debug)]
@@ -21,6 +33,27 @@ enum Recipe<'a> {
     PaperEkf,
     PaperUkf,
     Tracker(Blob<'a>, Settings),
+    Tuned(&'a Tunings, Kind),
+}
+
+/// A filter that needs a tuning.
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    Kalman(Correction),
+    Imm5,
+    Imm10,
+    Rule(Rule),
+}
+
+/// What methods are made from.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Supplies<'a> {
+    /// Blobs; of several with the same number of networks the last is used.
+    pub models: &'a [Model],
+    /// Monte Carlo passes, if not the models' own number.
+    pub passes: Option<u16>,
+    /// Parameters of the tuned baselines.
+    pub tunings: Option<&'a Tunings>,
 }
 
 /// Why a roster cannot be made.
@@ -42,41 +75,56 @@ pub enum RosterError {
         /// What the tracker said.
         cause: TrackerError,
     },
+    /// The method needs training flights.
+    #[error("method {0}: nothing was tuned; it needs --folds")]
+    NoTuning(Method),
 }
 
 impl<'a> Roster<'a> {
-    /// Finds a model for each of `methods`: the last of its kind in `models`. `passes` replaces
-    /// the models' own number of Monte Carlo passes.
+    /// Finds what each of `methods` needs among `supplies`.
     ///
     /// # Errors
-    /// A method has no model, or the number of passes is out of range.
-    pub fn new(
-        methods: &[Method],
-        models: &'a [Model],
-        passes: Option<u16>,
-    ) -> Result<Self, RosterError> {
+    /// A method lacks its model or tuning, or the number of passes is out of range.
+    pub fn new(methods: &[Method], supplies: Supplies<'a>) -> Result<Self, RosterError> {
         let tracker = |method, networks, correction| {
-            let found = models
-                .iter()
-                .rev()
-                .map(Model::blob)
+            let blobs = supplies.models.iter().rev().map(Model::blob);
+            let found = blobs
+                .into_iter()
                 .find(|blob| blob.network_count() == networks);
             let blob = found.ok_or(RosterError::NoModel { method, networks })?;
-            let mut settings = Settings {
+            let own = Settings::of(&blob);
+            let passes = supplies.passes.unwrap_or(own.passes);
+            let settings = Settings {
                 correction,
-                ..Settings::of(&blob)
+                passes,
+                ..own
             };
-            settings.passes = passes.unwrap_or(settings.passes);
             Tracker::new(blob, settings)
                 .map_err(|cause| RosterError::Settings { method, cause })?;
             Ok(Recipe::Tracker(blob, settings))
         };
+        let tuned = |method, kind| {
+            let tunings = supplies.tunings.ok_or(RosterError::NoTuning(method))?;
+            Ok(Recipe::Tuned(tunings, kind))
+        };
         let recipe = |method| match method {
             Method::Ekf => Ok(Recipe::PaperEkf),
             Method::Ukf => Ok(Recipe::PaperUkf),
-            Method::Bnn => tracker(method, 1, Correction::None),
-            Method::Bnkf => tracker(method, 1, Correction::Converted),
-            Method::Bnkfe => tracker(method, 3, Correction::Converted),
+            Method::Bnn => tracker(method, 1, TrackerCorrection::None),
+            Method::Bnkf => tracker(method, 1, TrackerCorrection::Converted),
+            Method::Bnkfe => tracker(method, 3, TrackerCorrection::Converted),
+            Method::EkfTuned => tuned(method, Kind::Kalman(Correction::Extended)),
+            Method::UkfTuned => tuned(method, Kind::Kalman(Correction::SigmaPoints(Spread::UNIT))),
+            Method::CkfTuned => tuned(
+                method,
+                Kind::Kalman(Correction::SigmaPoints(Spread::CUBATURE)),
+            ),
+            Method::Imm5 => tuned(method, Kind::Imm5),
+            Method::Imm10 => tuned(method, Kind::Imm10),
+            Method::Converted => tuned(method, Kind::Rule(Rule::Converted)),
+            Method::PopulationMean => tuned(method, Kind::Rule(Rule::PopulationMean)),
+            Method::ConstantRange => tuned(method, Kind::Rule(Rule::ConstantRange)),
+            Method::Fused => tuned(method, Kind::Rule(Rule::Fused)),
         };
         let entries = methods.iter().map(|method| Ok((*method, recipe(*method)?)));
         Ok(Self {
@@ -89,8 +137,35 @@ impl<'a> Roster<'a> {
         self.entries.iter().map(|(method, _)| *method)
     }
 
-    /// Fresh filters, one per method; `seed` starts the random streams of those that draw.
-    pub fn filters(&self, seed: u64) -> Vec<(Method, Box<dyn Filter + 'a>)> {
+    /// Every method over one flight. Depends on nothing but the flight, its readings, the condition
+    /// and the seed, so neither order nor threads show in the results.
+    pub fn tracks(
+        &self,
+        flight: &Flight,
+        readings: &[Option<Reading>],
+        condition: Condition,
+        seed: u64,
+    ) -> Vec<(Method, Vec<TrackStep>)> {
+        let ids = [
+            seed::name_id("tracker"),
+            seed::name_id(&flight.name),
+            condition.table as u64,
+            condition.noise as u64,
+            condition.rate.get().to_bits(),
+        ];
+        let filters = self.filters(condition, seed::derive(seed, &ids));
+        filters
+            .into_iter()
+            .map(|(method, mut filter)| (method, track(filter.as_mut(), flight, readings)))
+            .collect()
+    }
+
+    /// Fresh filters for `condition`, one per method; `seed` starts the random streams of those
+    /// that draw.
+    ///
+    /// # Panics
+    /// If a tuned method was not tuned for the condition's noise.
+    pub fn filters(&self, condition: Condition, seed: u64) -> Vec<(Method, Box<dyn Filter + 'a>)> {
         let filter = |recipe: &Recipe<'a>| -> Box<dyn Filter + 'a> {
             match *recipe {
                 Recipe::PaperEkf => Box::new(Kalman::paper_ekf()),
@@ -98,6 +173,9 @@ impl<'a> Roster<'a> {
                 Recipe::Tracker(blob, settings) => {
                     let settings = Settings { seed, ..settings };
                     Box::new(TrackerFilter::new(blob, settings).expect("checked in Roster::new"))
+                }
+                Recipe::Tuned(tunings, kind) => {
+                    kind.filter(tuning(tunings, condition.table, condition.noise))
                 }
             }
         };
@@ -108,14 +186,35 @@ impl<'a> Roster<'a> {
     }
 }
 
+fn tuning(tunings: &Tunings, table: NoiseTable, noise: NoiseLevel) -> &Tuning {
+    tunings
+        .find(table, noise)
+        .expect("tuned for every condition that is evaluated")
+}
+
+impl Kind {
+    fn filter(self, tuning: &Tuning) -> Box<dyn Filter> {
+        match self {
+            Self::Kalman(correction) => Box::new(tuning.kalman(correction)),
+            Self::Imm5 => Box::new(tuning.imm_five()),
+            Self::Imm10 => Box::new(Imm::wide(tuning.origin())),
+            Self::Rule(rule) => Box::new(Memoryless::new(rule, tuning.prior)),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{Roster, RosterError};
+    use bnkf_model_export::gaps::SamplingRate;
+    use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
+
+    use super::{Roster, RosterError, Supplies};
     use crate::method::Method;
+    use crate::radar::Condition;
 
     #[test]
-    fn a_method_without_its_model_is_named() {
-        let error = Roster::new(&Method::PAPER, &[], None).unwrap_err();
+    fn a_method_without_its_supplies_is_named() {
+        let error = Roster::new(&Method::PAPER, Supplies::default()).unwrap_err();
         assert_eq!(
             error,
             RosterError::NoModel {
@@ -123,11 +222,18 @@ mod tests {
                 networks: 1
             }
         );
-        let roster = Roster::new(&[Method::Ukf, Method::Ekf], &[], None).unwrap();
+        let error = Roster::new(&[Method::Imm5], Supplies::default()).unwrap_err();
+        assert_eq!(error, RosterError::NoTuning(Method::Imm5));
+        let roster = Roster::new(&[Method::Ukf, Method::Ekf], Supplies::default()).unwrap();
         assert_eq!(
             roster.methods().collect::<Vec<_>>(),
             [Method::Ukf, Method::Ekf]
         );
-        assert_eq!(roster.filters(1).len(), 2);
+        let condition = Condition {
+            table: NoiseTable::Radians,
+            noise: NoiseLevel::Low,
+            rate: SamplingRate::FULL,
+        };
+        assert_eq!(roster.filters(condition, 1).len(), 2);
     }
 }

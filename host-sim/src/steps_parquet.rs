@@ -198,9 +198,9 @@ mod tests {
             [2.0, 3.0, 2.0, 3.0],
         ];
         let flight = Flight::from_track("a#1", "a.csv", &rows).unwrap();
-        let step = |time_s: f64, nis| StepRecord {
+        let step = |time_s: f64, nis: Option<(f64, u8)>| StepRecord {
             time_s,
-            in_gap: nis == None,
+            in_gap: nis.is_none(),
             diverged: false,
             error_m: 0.1 + time_s,
             mahalanobis_squared: 3.5,

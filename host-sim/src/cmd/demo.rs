@@ -18,7 +18,7 @@ use crate::plot::metrics_figure;
 use crate::plot::trajectory_figure::{self, Example};
 use crate::radar::{Condition, Radar};
 use crate::results_json::{self, ModelProvenance, Provenance, Results};
-use crate::roster::{Roster, RosterError};
+use crate::roster::{Roster, RosterError, Supplies};
 use crate::{default_models, progress, table};
 
 /// Built-in flights of the main job: enough for two digits of every mean within a minute.
@@ -80,7 +80,12 @@ pub fn run(args: &Args) -> Result<(), DemoError> {
     };
     let flights = generate(&settings)?;
     let models = default_models::load()?;
-    let roster = Roster::new(&Method::PAPER, &models, None)?;
+    let supplies = Supplies {
+        models: &models,
+        passes: None,
+        tunings: None,
+    };
+    let roster = Roster::new(&Method::PAPER, supplies)?;
     let radar = Radar::paper(NoiseTable::default());
     let evaluation = Evaluation {
         segments: &flights,
@@ -135,7 +140,7 @@ fn examples<'a>(evaluation: &Evaluation<'a>) -> Vec<Example<'a>> {
         let table = NoiseTable::default();
         let condition = Condition { table, noise, rate };
         let readings = evaluation.readings(flight, condition);
-        let tracks = evaluation.tracks(flight, &readings, condition);
+        let tracks = evaluation.roster.tracks(flight, &readings, condition, SEED);
         Example {
             flight,
             noise,

@@ -14,7 +14,7 @@ use crate::method::Method;
 use crate::model::{Model, ModelError};
 use crate::radar::Radar;
 use crate::results_json::{self, ModelProvenance, Provenance, Results};
-use crate::roster::{Roster, RosterError};
+use crate::roster::{Roster, RosterError, Supplies};
 use crate::{default_models, progress, table};
 use bnkf_model_export::flight_set::{FlightSet, FlightSetError, Preparation};
 
@@ -135,7 +135,12 @@ fn evaluate(args: &Args) -> Result<Results, EvaluateError> {
     for path in &args.models {
         models.push(Model::read(path)?);
     }
-    let roster = Roster::new(&args.methods, &models, args.passes)?;
+    let supplies = Supplies {
+        models: &models,
+        passes: args.passes,
+        tunings: None,
+    };
+    let roster = Roster::new(&args.methods, supplies)?;
     let radar = Radar::paper(args.noise_table);
     let evaluation = Evaluation {
         segments: &set.segments,

@@ -26,6 +26,10 @@ pub enum Marker {
     TriangleUp,
     /// Point down.
     TriangleDown,
+    /// Upright cross.
+    Plus,
+    /// Cross on its side.
+    Cross,
 }
 
 /// The look of `method`.
@@ -36,6 +40,16 @@ pub const fn look(method: Method) -> Look {
         Method::Bnn => ("#e69f00", Marker::TriangleDown),
         Method::Bnkf => ("#d55e00", Marker::Diamond),
         Method::Bnkfe => ("#cc79a7", Marker::TriangleUp),
+        Method::EkfTuned => ("#009e73", Marker::Circle),
+        Method::UkfTuned => ("#5fbf9f", Marker::Square),
+        Method::CkfTuned => ("#00604a", Marker::Diamond),
+        Method::Imm5 => ("#7b3294", Marker::TriangleDown),
+        Method::Imm10 => ("#a98bd0", Marker::TriangleUp),
+        // The trivial rules are grey: they are the ground that the others stand on.
+        Method::Converted => ("#4d4d4d", Marker::Plus),
+        Method::PopulationMean => ("#8c8c8c", Marker::Cross),
+        Method::ConstantRange => ("#6e6e6e", Marker::Square),
+        Method::Fused => ("#a8a8a8", Marker::Circle),
     };
     Look { colour, marker }
 }
@@ -47,6 +61,26 @@ impl Marker {
             Self::Circle => {
                 svg.circle((x, y), radius + 1.0, "#ffffff");
                 svg.circle((x, y), radius, colour);
+                return;
+            }
+            Self::Plus => {
+                for (dx, dy) in [(1.2, 0.0), (0.0, 1.2)] {
+                    let ends = [
+                        (x - radius * dx, y - radius * dy),
+                        (x + radius * dx, y + radius * dy),
+                    ];
+                    svg.polyline(&ends, Stroke::solid(colour, 2.0));
+                }
+                return;
+            }
+            Self::Cross => {
+                for turn in [-1.0, 1.0] {
+                    let ends = [
+                        (x - radius, y - turn * radius),
+                        (x + radius, y + turn * radius),
+                    ];
+                    svg.polyline(&ends, Stroke::solid(colour, 2.0));
+                }
                 return;
             }
             Self::Square => &[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)],
@@ -66,14 +100,21 @@ impl Marker {
 
 #[cfg(test)]
 mod tests {
+    use clap::ValueEnum;
+
     use super::look;
     use crate::method::Method;
 
     #[test]
     fn no_two_methods_look_alike() {
+        let methods = Method::value_variants();
+        for (index, one) in methods.iter().enumerate() {
+            for other in &methods[index + 1..] {
+                assert_ne!(look(*one).colour, look(*other).colour);
+            }
+        }
         for (index, one) in Method::PAPER.into_iter().enumerate() {
             for other in Method::PAPER.into_iter().skip(index + 1) {
-                assert_ne!(look(one).colour, look(other).colour);
                 assert_ne!(look(one).marker, look(other).marker);
             }
         }
