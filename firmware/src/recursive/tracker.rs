@@ -22,9 +22,9 @@ use crate::tracker::{Settings, StepError, check_time};
 const INTERVAL_MAX_S: f32 = 0.25;
 /// After a longer silence the next measurement starts the filter anew, s.
 const SILENCE_MAX_S: f32 = 10.0;
-/// Normalised innovation squared (four degrees of freedom) beyond which a measurement is not used.
-/// Chance exceeds it once in 20 million; the network trains under the same gate.
-const GATE_NIS: f32 = 40.0;
+/// Normalised innovation squared (four degrees of freedom) beyond which a measurement is not used:
+/// far beyond chance, with room for jumps of real targets. The network trains under the same gate.
+const GATE_NIS: f32 = 64.0;
 /// Measurements in a row outside the gate after which the filter starts anew.
 const REJECTIONS_MAX: u8 = 3;
 /// Speed, m/s, and acceleration, m/s^2, that no target of this kind reaches.

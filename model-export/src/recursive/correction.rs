@@ -5,9 +5,10 @@ use super::line_of_sight::LineOfSight;
 use super::motion::Matrix;
 use super::scalar::Scalar;
 
-/// Normalised innovation squared at which a measurement is taken for an outlier. Chi-square with
-/// four degrees of freedom passes it once in 20 million.
-pub const GATE: f64 = 40.0;
+/// Normalised innovation squared at which a measurement is taken for an outlier: eight standard
+/// deviations. Chance (chi-square, four degrees of freedom) would pass 40 once in 20 million; the
+/// rest is room for jumps of real logs, which a tighter gate makes the filter lose.
+pub const GATE: f64 = 64.0;
 
 /// A corrected state and what the measurement said about it.
 #[derive(Clone, Copy, Debug)]

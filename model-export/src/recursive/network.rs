@@ -5,6 +5,8 @@
 
 use super::features::FEATURES;
 use super::schedule::OUTPUTS;
+use crate::architecture::Architecture;
+use crate::gaussian_weights::GaussianWeights;
 use crate::kernel::{
     AdamStep, Aligned, Hidden, Moments, Posterior, Tier, adam, exp_in_place, fill_normal,
     hidden_backward, hidden_forward, rows_times, sample_output, transposed_times,
@@ -200,6 +202,35 @@ impl Network {
                 prior.ln() - log_sigma + (variance + mean * mean) / (2.0 * prior * prior) - 0.5
             })
             .sum()
+    }
+
+    /// The posterior in the order that blobs are written from, without padding.
+    pub fn gaussian_weights(&self) -> GaussianWeights {
+        let mut widths: Vec<usize> = SHAPES.iter().map(|shape| shape.0).collect();
+        widths.push(OUTPUTS);
+        let architecture =
+            Architecture::new(widths).expect("the widths are constants that a blob can hold");
+        let mut ordered = GaussianWeights {
+            means: vec![0.0; architecture.parameters()],
+            log_sigmas: vec![0.0; architecture.parameters()],
+            architecture,
+        };
+        let layers = ordered.architecture.layers();
+        for ((shape, (inputs, columns)), start) in layers.iter().zip(SHAPES).zip(OFFSETS) {
+            for output in 0..shape.outputs {
+                for input in 0..=inputs {
+                    let to = if input < inputs {
+                        shape.row(output) + input
+                    } else {
+                        shape.bias(output)
+                    };
+                    let from = start + input * columns + output;
+                    ordered.means[to] = self.means[from];
+                    ordered.log_sigmas[to] = self.log_sigmas[from];
+                }
+            }
+        }
+        ordered
     }
 
     /// Every number that training needs to go on, in a fixed order.

@@ -2,19 +2,14 @@
 
 use super::augmentation::Augmentation;
 use super::encounter::Encounter;
+use super::sensor::Sensor;
 use super::start::Population;
 use crate::flight::Flight;
-use crate::gaps::SamplingRate;
-use crate::noise::{NoiseLevel, NoiseSigmas, NoiseTable};
-use crate::radar_sampling::{RadarSettings, sample_radar};
 use crate::random_source::RandomSource;
-use crate::reading::Reading;
 use crate::seed::name_id;
 use crate::volume::Volume;
 use serde::{Deserialize, Serialize};
 
-/// Samples of a training flight.
-pub const SAMPLES: usize = 150;
 /// Time between two of them, seconds.
 pub const INTERVAL_S: f64 = 0.1;
 
@@ -38,10 +33,10 @@ pub struct Recipe {
     pub kl_weight: f64,
     /// Whether weights are sampled: false trains a deterministic twin.
     pub sampled: bool,
-    /// Share of flights whose sensor states sigmas that are not its own.
-    pub misstated_share: f64,
-    /// Share of flights with outliers.
-    pub outlier_share: f64,
+    /// Samples of a training flight.
+    pub samples: usize,
+    /// What measures the flights.
+    pub sensor: Sensor,
     /// How flights are changed.
     pub augmentation: Augmentation,
     /// Where they are put.
@@ -52,17 +47,39 @@ impl Recipe {
     /// The shipped model's.
     pub const DEFAULT: Self = Self {
         seed: 1,
-        episodes: 600,
+        episodes: 1000,
         flights: 160,
         window: 50,
         rate: 2e-3,
         clip: 1.0,
         kl_weight: 1e-6,
         sampled: true,
-        misstated_share: 0.1,
-        outlier_share: 0.08,
+        samples: 150,
+        sensor: Sensor::PAPER,
         augmentation: Augmentation::DEFAULT,
         volume: Volume::PAPER,
+    };
+
+    /// The shipped counter-UAS model's: drones of up to 25 m/s at 0.3 to 3 km.
+    pub const COUNTER_UAS: Self = Self {
+        samples: 300,
+        episodes: 400,
+        sensor: Sensor::COUNTER_UAS,
+        augmentation: Augmentation {
+            stretch_share: 0.2,
+            stretch_max: 1.5,
+            other_rate_share: 0.0,
+            ..Augmentation::DEFAULT
+        },
+        volume: Volume {
+            range_m_min: 300.0,
+            range_m_max: 3000.0,
+            range_m_mean: 1500.0,
+            range_m_sd: 700.0,
+            height_m_min: 20.0,
+            height_m_max: 400.0,
+        },
+        ..Self::DEFAULT
     };
 
     /// Learning rate of the update at this share (0 to 1) of the run.
@@ -86,83 +103,13 @@ impl Recipe {
         let flight = &flights[random.below(flights.len())];
         let samples =
             self.augmentation
-                .draw(flight, &self.volume, SAMPLES, INTERVAL_S, &mut random);
-        let noise = draw_noise(&mut random);
-        let rate = SamplingRate::ALL[random.below(3)];
+                .draw(flight, &self.volume, self.samples, INTERVAL_S, &mut random);
         let changed = Flight {
             name: format!("{episode}/{lane}"),
             source: flight.source.clone(),
             samples,
         };
-        // Some sensors are better or worse than they say.
-        let stated = if random.chance(self.misstated_share) {
-            noise.scaled((0.4 * random.normal()).exp())
-        } else {
-            noise
-        };
-        let settings = RadarSettings {
-            noise,
-            stated,
-            rate,
-            gap_phase: if random.chance(0.5) {
-                random.below(15)
-            } else {
-                0
-            },
-            seed: self.seed,
-        };
-        let mut readings = sample_radar(&changed, &settings);
-        if random.chance(0.1) {
-            // A silence of up to five seconds somewhere after the first one.
-            let silence = 10 + random.below(40);
-            let from = 10 + random.below(readings.len() - 10);
-            for reading in readings.iter_mut().skip(from).take(silence) {
-                *reading = None;
-            }
-        }
-        if random.chance(self.outlier_share) {
-            let often = random.uniform(0.005, 0.05);
-            for reading in readings.iter_mut().skip(1).flatten() {
-                if random.chance(often) {
-                    spoil(reading, &mut random);
-                }
-            }
-        }
+        let readings = self.sensor.readings(&changed, self.seed, &mut random);
         Encounter::new(&changed.samples, &readings, population)
     }
-}
-
-/// Moves one value of a reading by 5 to 50 of its standard deviations.
-fn spoil(reading: &mut Reading, random: &mut RandomSource) {
-    let sigmas = random.sign() * random.uniform(5.0, 50.0);
-    match random.below(4) {
-        0 => reading.range_m += sigmas * reading.sigma_range_m,
-        1 => reading.elevation_rad += sigmas * reading.sigma_elevation_rad,
-        2 => reading.azimuth_rad += sigmas * reading.sigma_azimuth_rad,
-        _ => reading.range_rate_mps += sigmas * reading.sigma_range_rate_mps,
-    }
-}
-
-/// One of the paper's levels by either table, a little off, or any sensor at all.
-fn draw_noise(random: &mut RandomSource) -> NoiseSigmas {
-    let level = NoiseLevel::ALL[random.below(3)];
-    let kind = random.unit();
-    if kind < 0.15 {
-        let between = |random: &mut RandomSource, low: f64, high: f64| {
-            random.uniform(low.ln(), high.ln()).exp()
-        };
-        let angle = between(random, 1e-4, 0.12);
-        return NoiseSigmas {
-            range_m: between(random, 0.5, 120.0),
-            elevation_rad: angle,
-            azimuth_rad: angle * between(random, 0.5, 2.0),
-            range_rate_mps: between(random, 0.008, 1.2),
-        };
-    }
-    let table = if kind < 0.3 {
-        NoiseTable::Printed
-    } else {
-        NoiseTable::Radians
-    };
-    level.sigmas(table).scaled((0.15 * random.normal()).exp())
 }

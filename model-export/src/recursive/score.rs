@@ -8,6 +8,7 @@ use super::lanes::LANES;
 use super::network::Weights;
 use super::unrolled::{Programs, Unrolled};
 use rayon::prelude::*;
+use serde::Serialize;
 
 /// 90th percentile of chi-square with three degrees of freedom.
 const CHI2_90: f64 = 6.251_388_631_170_325;
@@ -15,7 +16,7 @@ const CHI2_90: f64 = 6.251_388_631_170_325;
 const WINDOW: usize = 50;
 
 /// Means over every step after the start, gaps included, nothing dropped.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Score {
     /// Mean distance between estimated and true position, metres.
     pub distance_m: f64,
@@ -38,22 +39,7 @@ impl Score {
             .par_chunks(2 * LANES)
             .map(|pair| Self::sums(programs, weights, pair))
             .collect();
-        let total = sums.into_iter().fold(Self::default(), |mut total, part| {
-            total.distance_m += part.distance_m;
-            total.nees += part.nees;
-            total.coverage90 += part.coverage90;
-            total.surprise += part.surprise;
-            total.steps += part.steps;
-            total.lost += part.lost;
-            total
-        });
-        Self {
-            distance_m: total.distance_m / total.steps,
-            nees: total.nees / total.steps,
-            coverage90: total.coverage90 / total.steps,
-            surprise: total.surprise / total.steps,
-            ..total
-        }
+        sums.into_iter().fold(Self::default(), Self::join).mean()
     }
 
     fn sums(programs: &Programs, weights: &Weights, encounters: &[Encounter]) -> Self {
@@ -75,7 +61,12 @@ impl Score {
                         if batch.weights[step][lane] > 0.0 {
                             let flat: Vec<f64> = lanes.iter().map(|number| number[lane]).collect();
                             let truth = batch.truths_m[step].map(|axis| axis[lane]);
-                            sums.add(&Carry::unflatten(&flat), truth);
+                            let carry = Carry::unflatten(&flat);
+                            let error = core::array::from_fn(|i| carry.state[i] - truth[i]);
+                            let block = core::array::from_fn(|row| {
+                                core::array::from_fn(|column| carry.covariance[row][column])
+                            });
+                            sums.add(error, &block);
                         }
                     }
                 }
@@ -86,16 +77,35 @@ impl Score {
         sums
     }
 
-    fn add(&mut self, carry: &Carry<f64>, truth_m: [f64; 3]) {
-        let error: [f64; 3] = core::array::from_fn(|axis| carry.state[axis] - truth_m[axis]);
-        let block: [[f64; 3]; 3] = core::array::from_fn(|row| {
-            core::array::from_fn(|column| carry.covariance[row][column])
-        });
-        let whitened = forward_substitute(&cholesky(&block), error);
+    /// Adds one step to sums: the error and the covariance of an estimated position.
+    pub(super) fn add(&mut self, error_m: [f64; 3], covariance_m2: &[[f64; 3]; 3]) {
+        let whitened = forward_substitute(&cholesky(covariance_m2), error_m);
         let nees: f64 = whitened.iter().map(|w| w * w).sum();
-        self.distance_m += error.iter().map(|e| e * e).sum::<f64>().sqrt();
+        self.distance_m += error_m.iter().map(|e| e * e).sum::<f64>().sqrt();
         self.nees += nees;
         self.coverage90 += f64::from(u8::from(nees < CHI2_90));
         self.steps += 1.0;
+    }
+
+    /// Adds the sums of another part.
+    pub(super) fn join(mut self, part: Self) -> Self {
+        self.distance_m += part.distance_m;
+        self.nees += part.nees;
+        self.coverage90 += part.coverage90;
+        self.surprise += part.surprise;
+        self.steps += part.steps;
+        self.lost += part.lost;
+        self
+    }
+
+    /// Means from sums.
+    pub(super) fn mean(self) -> Self {
+        Self {
+            distance_m: self.distance_m / self.steps,
+            nees: self.nees / self.steps,
+            coverage90: self.coverage90 / self.steps,
+            surprise: self.surprise / self.steps,
+            ..self
+        }
     }
 }

@@ -5,6 +5,7 @@ use super::checkpoint::{Checkpoint, CheckpointError};
 use super::encounter::Encounter;
 use super::features::{FEATURES, Normalisation, features};
 use super::lanes::LANES;
+use super::model::RecursiveModel;
 use super::network::{Gradient, Network};
 use super::recipe::Recipe;
 use super::schedule::{Base, OUTPUTS};
@@ -146,6 +147,17 @@ impl<'f> Training<'f> {
             network: self.network.clone(),
         }
         .to_bytes()
+    }
+
+    /// What the training has come to.
+    pub fn model(&self) -> RecursiveModel {
+        RecursiveModel::new(
+            self.population,
+            self.base,
+            self.normalisation.clone(),
+            &self.network,
+            self.recipe.sampled,
+        )
     }
 
     /// The recorded step.

@@ -1,0 +1,156 @@
+//! A trained recursive estimator and the blob that holds it.
+
+use super::features::{FEATURES, Normalisation};
+use super::network::Network;
+use super::schedule::{Base, OUTPUTS};
+use super::start::Population;
+use crate::blob_writer::{self, BlobContents, write_blob};
+use crate::gaussian_weights::GaussianWeights;
+use crate::quantise::{QuantisedLayer, quantise};
+use bnkf::blob::{BlobError, FeatureLayout, Kind};
+
+/// Passes by default: one, every weight at its mean.
+pub const PASSES: u16 = 1;
+
+/// What the firmware's recursive tracker runs on.
+#[derive(Clone, Debug)]
+pub struct RecursiveModel {
+    /// What is known before the first measurement.
+    pub population: Population,
+    /// The motion model of a network that answers zero.
+    pub base: Base,
+    /// Of the features.
+    pub normalisation: Normalisation,
+    /// The network's posterior; deviations of zero for a deterministic twin.
+    pub weights: GaussianWeights,
+}
+
+impl RecursiveModel {
+    /// The model of a trained network; `sampled` false takes every deviation as zero.
+    pub fn new(
+        population: Population,
+        base: Base,
+        normalisation: Normalisation,
+        network: &Network,
+        sampled: bool,
+    ) -> Self {
+        let mut weights = network.gaussian_weights();
+        if !sampled {
+            weights.log_sigmas.fill(f32::NEG_INFINITY);
+        }
+        Self {
+            population,
+            base,
+            normalisation,
+            weights,
+        }
+    }
+
+    /// The network's layers as the blob holds them.
+    pub fn layers(&self) -> Vec<QuantisedLayer> {
+        quantise(&self.weights)
+    }
+
+    /// The blob's bytes; `firmware/BLOB.md` lists the parameters.
+    ///
+    /// # Errors
+    /// A number is not finite, which a training run that diverged may leave.
+    pub fn blob(&self) -> Result<Vec<u8>, BlobError> {
+        let (p, base) = (&self.population, &self.base);
+        let parameters = [
+            p.range_m,
+            p.range_sigma_m,
+            p.elevation_rad,
+            p.elevation_sigma_rad,
+            p.horizontal_sigma_mps,
+            p.vertical_sigma_mps,
+            p.acceleration_sigma_mps2,
+            base.decay_hz,
+            base.jerk_noise,
+            base.acceleration_noise,
+            base.velocity_noise,
+        ];
+        let input = |i: usize| blob_writer::Normalisation {
+            mean: self.normalisation.offset[i] as f32,
+            scale: (1.0 / self.normalisation.gain[i]) as f32,
+        };
+        let unchanged = blob_writer::Normalisation {
+            mean: 0.0,
+            scale: 1.0,
+        };
+        write_blob(&BlobContents {
+            kind: Kind::Recursive,
+            features: FeatureLayout::Recursive64,
+            passes: PASSES,
+            parameters: parameters.map(|value| value as f32).to_vec(),
+            inputs: (0..FEATURES).map(input).collect(),
+            outputs: vec![unchanged; OUTPUTS],
+            networks: vec![self.layers()],
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::Tier;
+    use crate::recursive::network::{OUTPUT_COLUMNS, Pass};
+    use bnkf::blob::Blob;
+
+    const POPULATION: Population = Population {
+        range_m: 33.5,
+        range_sigma_m: 6.0,
+        elevation_rad: 0.5,
+        elevation_sigma_rad: 0.21,
+        horizontal_sigma_mps: 1.6,
+        vertical_sigma_mps: 0.5,
+        acceleration_sigma_mps2: 2.0,
+    };
+
+    fn model(sampled: bool) -> (Network, RecursiveModel) {
+        let network = Network::new(5);
+        let model = RecursiveModel::new(
+            POPULATION,
+            Base::DRONE,
+            Normalisation::IDENTITY,
+            &network,
+            sampled,
+        );
+        (network, model)
+    }
+
+    #[test]
+    fn the_integer_network_answers_what_the_trained_one_does() {
+        let (network, model) = model(true);
+        let bytes = model.blob().unwrap();
+        let blob = Blob::parse(&bytes).unwrap();
+        let view = blob.networks().next().unwrap();
+        let mut inputs = [0.0_f32; FEATURES];
+        for (i, input) in inputs.iter_mut().enumerate() {
+            *input = (0.7 * i as f32).sin();
+        }
+        let mut answer = [0.0; OUTPUTS];
+        bnkf::network::Network::new(view).mean_pass(&inputs, &mut answer);
+        let mut pass = Pass::new(8);
+        pass.features_mut()[..FEATURES].copy_from_slice(&inputs);
+        let tier = Tier::detect();
+        pass.forward(tier, &network.weights(tier, false), 0);
+        let expected = &pass.outputs()[..OUTPUT_COLUMNS];
+        let largest = expected.iter().fold(0.0_f32, |m, x| m.max(x.abs()));
+        for (a, b) in answer.iter().zip(expected) {
+            // Eight bits a weight over five layers.
+            assert!((a - b).abs() < 0.03 * largest, "{a} {b}");
+        }
+        assert!(bytes.len() <= 48 * 1024, "{} bytes", bytes.len());
+    }
+
+    #[test]
+    fn a_deterministic_twin_has_no_variance() {
+        let bytes = model(false).1.blob().unwrap();
+        let view = Blob::parse(&bytes).unwrap().networks().next().unwrap();
+        assert_eq!(view.layer(2).variance_max, 0.0);
+        let bytes = model(true).1.blob().unwrap();
+        let view = Blob::parse(&bytes).unwrap().networks().next().unwrap();
+        assert!(view.layer(2).variance_max > 0.0);
+    }
+}

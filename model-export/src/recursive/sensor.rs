@@ -1,0 +1,190 @@
+//! The radars that training flights are measured by: any noise, rate and gap phase, and faults.
+
+use crate::flight::Flight;
+use crate::gaps::SamplingRate;
+use crate::noise::{NoiseLevel, NoiseSigmas, NoiseTable};
+use crate::radar_sampling::{RadarSettings, sample_radar};
+use crate::random_source::RandomSource;
+use crate::reading::Reading;
+use serde::{Deserialize, Serialize};
+
+/// Kinds of radar, and how often they are at fault.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sensor {
+    /// Whose noise and rates are drawn from.
+    pub family: Family,
+    /// Share of flights whose sensor states sigmas that are not its own.
+    pub misstated_share: f64,
+    /// Share of flights with outliers.
+    pub outlier_share: f64,
+}
+
+/// Radars that are alike.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Family {
+    /// The paper's three levels by either table, a little off, or any sensor at all; measures in
+    /// blocks.
+    Paper,
+    /// 3 m, 0.2 to 0.9 degrees, 0.2 m/s; every sample to every tenth, with misses.
+    CounterUas,
+}
+
+impl Sensor {
+    /// What the shipped model is trained under.
+    pub const PAPER: Self = Self {
+        family: Family::Paper,
+        misstated_share: 0.04,
+        outlier_share: 0.03,
+    };
+    /// What the counter-UAS model is trained under.
+    pub const COUNTER_UAS: Self = Self {
+        family: Family::CounterUas,
+        misstated_share: 0.04,
+        outlier_share: 0.4,
+    };
+
+    /// One draw of the sensor and its readings of `flight`; `seed` gives the readings' noise.
+    pub fn readings(
+        &self,
+        flight: &Flight,
+        seed: u64,
+        random: &mut RandomSource,
+    ) -> Vec<Option<Reading>> {
+        let noise = self.draw_noise(random);
+        let rate = match self.family {
+            Family::Paper => SamplingRate::ALL[random.below(3)],
+            Family::CounterUas => SamplingRate::FULL,
+        };
+        // Some sensors are better or worse than they say.
+        let stated = if random.chance(self.misstated_share) {
+            noise.scaled((0.4 * random.normal()).exp())
+        } else {
+            noise
+        };
+        let settings = RadarSettings {
+            noise,
+            stated,
+            rate,
+            gap_phase: if random.chance(0.5) {
+                random.below(15)
+            } else {
+                0
+            },
+            seed,
+        };
+        let mut readings = sample_radar(flight, &settings);
+        if self.family == Family::CounterUas {
+            scan(&mut readings, random);
+        }
+        if random.chance(0.1) {
+            // A silence of up to five seconds somewhere after the first one.
+            let silence = 10 + random.below(40);
+            let from = 10 + random.below(readings.len() - 10);
+            for reading in readings.iter_mut().skip(from).take(silence) {
+                *reading = None;
+            }
+        }
+        if random.chance(self.outlier_share) {
+            let often = random.uniform(0.005, 0.05);
+            for reading in readings.iter_mut().skip(1).flatten() {
+                if random.chance(often) {
+                    spoil(reading, random);
+                }
+            }
+        }
+        readings
+    }
+
+    fn draw_noise(&self, random: &mut RandomSource) -> NoiseSigmas {
+        let between = |random: &mut RandomSource, low: f64, high: f64| {
+            random.uniform(low.ln(), high.ln()).exp()
+        };
+        if self.family == Family::CounterUas {
+            let angle = between(random, 0.2, 0.9).to_radians();
+            return NoiseSigmas {
+                range_m: between(random, 2.0, 4.5),
+                elevation_rad: angle,
+                azimuth_rad: angle,
+                range_rate_mps: between(random, 0.13, 0.3),
+            };
+        }
+        let level = NoiseLevel::ALL[random.below(3)];
+        let kind = random.unit();
+        if kind < 0.15 {
+            let angle = between(random, 1e-4, 0.12);
+            return NoiseSigmas {
+                range_m: between(random, 0.5, 120.0),
+                elevation_rad: angle,
+                azimuth_rad: angle * between(random, 0.5, 2.0),
+                range_rate_mps: between(random, 0.008, 1.2),
+            };
+        }
+        let table = if kind < 0.3 {
+            NoiseTable::Printed
+        } else {
+            NoiseTable::Radians
+        };
+        level.sigmas(table).scaled((0.15 * random.normal()).exp())
+    }
+}
+
+/// Keeps every so many-th reading and misses some of those, but not the first.
+fn scan(readings: &mut [Option<Reading>], random: &mut RandomSource) {
+    let stride = [1, 2, 10, 4][random.below(4)];
+    let detection = random.uniform(0.8, 1.0);
+    for (index, reading) in readings.iter_mut().enumerate().skip(1) {
+        if index % stride != 0 || !random.chance(detection) {
+            *reading = None;
+        }
+    }
+}
+
+/// Moves one value of a reading by 5 to 50 of its standard deviations.
+fn spoil(reading: &mut Reading, random: &mut RandomSource) {
+    let sigmas = random.sign() * random.uniform(5.0, 50.0);
+    match random.below(4) {
+        0 => reading.range_m += sigmas * reading.sigma_range_m,
+        1 => reading.elevation_rad += sigmas * reading.sigma_elevation_rad,
+        2 => reading.azimuth_rad += sigmas * reading.sigma_azimuth_rad,
+        _ => reading.range_rate_mps += sigmas * reading.sigma_range_rate_mps,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generator::{GeneratorSettings, generate};
+
+    fn measured_shares(sensor: &Sensor) -> Vec<f64> {
+        let settings = GeneratorSettings {
+            flights: 1,
+            ..GeneratorSettings::default()
+        };
+        let flight = &generate(&settings).unwrap()[0];
+        let mut random = RandomSource::new(2, &[]);
+        let share = |readings: Vec<Option<Reading>>| {
+            assert!(readings[0].is_some());
+            readings.iter().flatten().count() as f64 / readings.len() as f64
+        };
+        (0..200)
+            .map(|_| share(sensor.readings(flight, 1, &mut random)))
+            .collect()
+    }
+
+    #[test]
+    fn every_rate_occurs_and_the_first_sample_is_measured() {
+        let near = |shares: &[f64], wanted: f64| {
+            shares.iter().filter(|s| (*s - wanted).abs() < 0.03).count()
+        };
+        let paper = measured_shares(&Sensor::PAPER);
+        assert!(
+            near(&paper, 1.0) > 40 && near(&paper, 0.53) > 40,
+            "{paper:?}"
+        );
+        let scanned = measured_shares(&Sensor::COUNTER_UAS);
+        assert!(near(&scanned, 0.1) > 20, "{scanned:?}");
+        assert!(scanned.iter().any(|share| *share > 0.85));
+    }
+}

@@ -1,0 +1,187 @@
+//! Flights under one noise level and sampling rate, as every filter meets them.
+
+use super::encounter::Encounter;
+use super::score::Score;
+use super::start::Population;
+use crate::flight::{Flight, Sample};
+use crate::gaps::SamplingRate;
+use crate::noise::{NoiseLevel, NoiseTable};
+use crate::radar_sampling::{RadarSettings, sample_radar, time_us};
+use crate::reading::Reading;
+use bnkf::blob::Blob;
+use bnkf::{Correction, Estimate, Measurement, Mode, Settings, StepError, Tracker, TrackerError};
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// One flight and what the radar reads of it.
+#[derive(Clone, Debug)]
+pub struct Trial {
+    /// True samples.
+    pub samples: Vec<Sample>,
+    /// Microseconds since the first sample, one for each.
+    pub times_us: Vec<u64>,
+    /// Readings, one for each sample, `None` in a gap.
+    pub readings: Vec<Option<Reading>>,
+}
+
+/// Trials of one noise level and rate.
+#[derive(Clone, Debug)]
+pub struct Cell {
+    /// Noise level.
+    pub level: NoiseLevel,
+    /// Part of the samples that is measured.
+    pub rate: SamplingRate,
+    /// One for each flight.
+    pub trials: Vec<Trial>,
+}
+
+/// How the firmware's tracker did, and what it had to do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct TrackerScore {
+    /// Distance, NEES and coverage of every step after the start; a refused step counts as lost
+    /// and is scored with the estimate before it.
+    pub score: Score,
+    /// Measurements outside the gate.
+    pub rejected: usize,
+    /// Times that the filter was started anew.
+    pub restarted: usize,
+}
+
+/// Every noise level at every rate over `flights`.
+pub fn cells(flights: &[Flight], table: NoiseTable, seed: u64) -> Vec<Cell> {
+    let pairs = NoiseLevel::ALL
+        .into_iter()
+        .flat_map(|level| SamplingRate::ALL.map(|rate| (level, rate)));
+    pairs
+        .map(|(level, rate)| {
+            let settings = RadarSettings::paper(level, table, rate, seed);
+            let trial = |flight: &Flight| Trial {
+                samples: flight.samples.clone(),
+                times_us: flight
+                    .samples
+                    .iter()
+                    .map(|sample| time_us(flight, sample.time_s))
+                    .collect(),
+                readings: sample_radar(flight, &settings),
+            };
+            Cell {
+                level,
+                rate,
+                trials: flights.par_iter().map(trial).collect(),
+            }
+        })
+        .collect()
+}
+
+impl Cell {
+    /// The trials as the training's filter meets them.
+    pub fn encounters(&self, population: &Population) -> Vec<Encounter> {
+        let trials = self.trials.iter();
+        trials
+            .filter_map(|trial| Encounter::new(&trial.samples, &trial.readings, population))
+            .collect()
+    }
+
+    /// Runs the firmware's tracker over every trial.
+    ///
+    /// # Errors
+    /// The number of passes does not fit.
+    pub fn track(&self, blob: Blob<'_>, passes: u16) -> Result<TrackerScore, TrackerError> {
+        let settings = |seed| Settings {
+            correction: Correction::Polar,
+            passes,
+            seed,
+        };
+        Tracker::new(blob, settings(0))?;
+        let parts: Vec<TrackerScore> = self
+            .trials
+            .par_iter()
+            .enumerate()
+            .filter_map(|(index, trial)| {
+                let tracker = Tracker::new(blob, settings(index as u64)).ok()?;
+                trial.track(tracker).ok()
+            })
+            .collect();
+        let total = parts
+            .into_iter()
+            .fold(TrackerScore::default(), |total, part| TrackerScore {
+                score: total.score.join(part.score),
+                rejected: total.rejected + part.rejected,
+                restarted: total.restarted + part.restarted,
+            });
+        Ok(TrackerScore {
+            score: total.score.mean(),
+            ..total
+        })
+    }
+}
+
+impl Trial {
+    /// Runs a tracker and sums its scores.
+    ///
+    /// # Errors
+    /// The first measurement was refused, so there is nothing to score.
+    pub fn track(&self, mut tracker: Tracker<'_>) -> Result<TrackerScore, StepError> {
+        let mut sums = TrackerScore::default();
+        let mut latest: Option<Estimate> = None;
+        for ((sample, &time_us), reading) in
+            self.samples.iter().zip(&self.times_us).zip(&self.readings)
+        {
+            let answer = match reading {
+                Some(reading) => tracker.step(&Measurement::from(reading)),
+                None => tracker.coast(time_us),
+            };
+            let started = latest.is_some();
+            match (answer, latest) {
+                (Ok(estimate), _) => latest = Some(estimate),
+                (Err(_), Some(_)) => sums.score.lost += 1,
+                (Err(error), None) => return Err(error),
+            }
+            if let (true, Some(estimate)) = (started, latest) {
+                sums.rejected += usize::from(estimate.mode == Mode::Rejected);
+                sums.restarted += usize::from(estimate.mode == Mode::Restarted);
+                let error = core::array::from_fn(|axis| {
+                    f64::from(estimate.position_m[axis]) - sample.position_m[axis]
+                });
+                sums.score
+                    .add(error, &estimate.covariance_m2.map(|row| row.map(f64::from)));
+            }
+        }
+        Ok(sums)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generator::{GeneratorSettings, generate};
+    use crate::kernel::Tier;
+    use crate::recursive::recipe::Recipe;
+    use crate::recursive::training::Training;
+
+    #[test]
+    fn the_firmware_scores_what_the_training_does() {
+        let settings = GeneratorSettings {
+            flights: 12,
+            ..GeneratorSettings::default()
+        };
+        let flights = generate(&settings).unwrap();
+        let recipe = Recipe {
+            flights: 32,
+            ..Recipe::DEFAULT
+        };
+        let training = Training::new(recipe, &flights).unwrap();
+        let bytes = training.model().blob().unwrap();
+        let weights = training.network.weights(Tier::detect(), false);
+        for cell in cells(&flights, NoiseTable::Radians, 5) {
+            let encounters = cell.encounters(&training.population);
+            let expected = Score::of(training.programs(), &weights, &encounters);
+            let tracked = cell.track(Blob::parse(&bytes).unwrap(), 1).unwrap();
+            let score = tracked.score;
+            assert_eq!(score.steps, expected.steps);
+            assert_eq!((score.lost, tracked.restarted), (0, 0));
+            assert!((score.distance_m / expected.distance_m - 1.0).abs() < 0.01);
+            assert!((score.nees - expected.nees).abs() < 0.1);
+        }
+    }
+}
