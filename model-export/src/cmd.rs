@@ -2,3 +2,5 @@
 
 pub mod flight_source;
 pub mod train;
+pub mod train_recursive;
+pub mod verify_recursive;

@@ -14,7 +14,7 @@ pub struct FlightSource {
     #[arg(long, value_name = "PATH", conflicts_with = "builtin")]
     pub flights: Option<PathBuf>,
     /// Number of built-in flights of 15 s, instead of a folder
-    #[arg(long, value_name = "N", required_unless_present = "flights")]
+    #[arg(long, value_name = "N")]
     pub builtin: Option<usize>,
     /// Seed of the built-in flights
     #[arg(

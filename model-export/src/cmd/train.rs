@@ -1,6 +1,7 @@
 //! `model-export train`: trains a memoryless estimator and writes its blob.
 
 use super::flight_source::{FlightSource, FlightSourceError};
+use super::train_recursive::{self, RecursiveArgs, Run};
 use crate::atomic_file::{self, AtomicWriteError};
 use crate::checkpoint::{self, CheckpointError};
 use crate::command_line::command_line;
@@ -12,6 +13,7 @@ use crate::kernel::Tier;
 use crate::memoryless_model::MemorylessModel;
 use crate::provenance::{self, Provenance};
 use crate::quantise::{layer_errors, quantise};
+use crate::recursive::training::{ResumeError, TrainingError};
 use crate::training::{Control, DivergedError, End, Event, State, Training};
 use crate::training_data::TrainingData;
 use crate::training_progress::TrainingProgress;
@@ -19,6 +21,7 @@ use crate::training_settings::{
     Divergence, ErrorScale, Features, TrainingSettings, TrainingSettingsError,
 };
 use crate::unrounded;
+use bnkf::TrackerError;
 use bnkf::blob::BlobError;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -33,8 +36,16 @@ const SOURCES_FEW: usize = 10;
 ///
 /// Every epoch samples all flights anew at three noise levels and three sampling rates, with fresh
 /// noise. Ctrl-C writes a checkpoint beside the output; --resume continues it to the same bytes.
+///
+/// --kind recursive trains the tracker's motion model through the unrolled filter instead, from
+/// built-in flights unless --flights is given.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
+    /// What is trained
+    #[arg(long, value_enum, default_value_t = Kind::Memoryless)]
+    kind: Kind,
+    #[command(flatten)]
+    recursive: RecursiveArgs,
     #[command(flatten)]
     source: FlightSource,
     /// The blob to write; OUT.json (provenance) and OUT.f32 (unrounded weights) go beside it
@@ -93,6 +104,15 @@ pub struct Args {
     threads: Option<u8>,
 }
 
+/// What a blob estimates with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Kind {
+    /// A network from two measurements to a position: BNN, BNKF, BNKFe
+    Memoryless,
+    /// A network that schedules the motion model of a filter
+    Recursive,
+}
+
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
@@ -141,6 +161,24 @@ pub enum TrainError {
     /// Training failed.
     #[error(transparent)]
     Diverged(#[from] DivergedError),
+    /// An option that means nothing to the recursive kind.
+    #[error("{0} does not apply to --kind recursive")]
+    NotRecursive(&'static str),
+    /// The recursive training cannot start.
+    #[error(transparent)]
+    Recursive(#[from] TrainingError),
+    /// The recursive checkpoint does not belong to this run.
+    #[error("{}: {cause}", path.display())]
+    RecursiveCheckpoint {
+        /// The checkpoint.
+        path: PathBuf,
+        /// What is wrong.
+        #[source]
+        cause: ResumeError,
+    },
+    /// The tracker refuses the trained model.
+    #[error("the trained model: {0}")]
+    Passes(TrackerError),
     /// The weights fit into no blob.
     #[error("the trained weights fit into no blob: {0}")]
     Blob(#[from] BlobError),
@@ -188,6 +226,29 @@ impl Args {
         Ok(settings)
     }
 
+    /// The first option that only the memoryless kind has and that differs from its default.
+    fn memoryless_only(&self) -> Option<&'static str> {
+        let d = TrainingSettings::default();
+        [
+            ("--ensemble", self.ensemble),
+            ("--hidden", self.hidden.is_some()),
+            ("--features", self.features != d.features),
+            ("--noise-table", self.noise_table != d.noise_table),
+            ("--error-scale", self.error_scale != d.error_scale),
+            ("--kl", self.kl != d.divergence),
+            ("--kl-weight", self.kl_weight != d.kl_weight),
+            ("--prior-sigma", self.prior_sigma != d.prior_sigma),
+            ("--initial-sigma", self.initial_sigma != d.initial_sigma),
+            ("--epochs", self.epochs != d.epochs),
+            ("--patience", self.patience != d.patience),
+            ("--batch", self.batch != d.batch),
+            ("--rate", self.rate != d.rate),
+            ("--held-out", self.held_out != d.held_out),
+        ]
+        .into_iter()
+        .find_map(|(option, given)| given.then_some(option))
+    }
+
     fn checkpoint_path(&self) -> PathBuf {
         let mut path = self.out.as_os_str().to_owned();
         path.push(".checkpoint");
@@ -207,7 +268,25 @@ pub fn run(args: &Args) -> Result<Outcome, TrainError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let interrupt = Interrupt::catch().map_err(|error| system(&error))?;
     pool.map_err(|error| system(&error))?
-        .install(|| train(args, &settings, &interrupt))
+        .install(|| match args.kind {
+            Kind::Memoryless => train(args, &settings, &interrupt),
+            Kind::Recursive => recursive(args, &interrupt),
+        })
+}
+
+fn recursive(args: &Args, interrupt: &Interrupt) -> Result<Outcome, TrainError> {
+    if let Some(option) = args.memoryless_only() {
+        return Err(TrainError::NotRecursive(option));
+    }
+    let run = Run {
+        source: &args.source,
+        out: &args.out,
+        checkpoint: &args.checkpoint_path(),
+        resume: args.resume,
+        seed: args.seed,
+        interrupt,
+    };
+    train_recursive::train(&run, &args.recursive)
 }
 
 fn default_threads() -> usize {

@@ -7,7 +7,7 @@ use super::start::Population;
 use crate::blob_writer::{self, BlobContents, write_blob};
 use crate::gaussian_weights::GaussianWeights;
 use crate::quantise::{QuantisedLayer, quantise};
-use bnkf::blob::{BlobError, FeatureLayout, Kind};
+use bnkf::blob::{Blob, BlobError, FeatureLayout, Kind};
 
 /// Passes by default: one, every weight at its mean.
 pub const PASSES: u16 = 1;
@@ -21,34 +21,59 @@ pub struct RecursiveModel {
     pub base: Base,
     /// Of the features.
     pub normalisation: Normalisation,
-    /// The network's posterior; deviations of zero for a deterministic twin.
-    pub weights: GaussianWeights,
+    /// The network.
+    pub network: Network,
+    /// Whether its deviations count: false for a deterministic twin.
+    pub sampled: bool,
 }
 
 impl RecursiveModel {
-    /// The model of a trained network; `sampled` false takes every deviation as zero.
-    pub fn new(
-        population: Population,
-        base: Base,
-        normalisation: Normalisation,
-        network: &Network,
-        sampled: bool,
-    ) -> Self {
-        let mut weights = network.gaussian_weights();
-        if !sampled {
+    /// The network's posterior, in the order of blobs.
+    pub fn weights(&self) -> GaussianWeights {
+        let mut weights = self.network.gaussian_weights();
+        if !self.sampled {
             weights.log_sigmas.fill(f32::NEG_INFINITY);
         }
-        Self {
-            population,
-            base,
-            normalisation,
-            weights,
+        weights
+    }
+
+    /// The model of a blob and of the unrounded weights beside it; `None` when the network has
+    /// another shape than training gives.
+    pub fn of_blob(blob: &Blob<'_>, weights: &GaussianWeights) -> Option<Self> {
+        let p: Vec<f64> = blob.parameters().iter().map(f64::from).collect();
+        let pairs = blob.input_normalisation();
+        let pair = |index| f64::from(pairs.get(index));
+        if blob.kind() != Kind::Recursive {
+            return None;
         }
+        Some(Self {
+            population: Population {
+                range_m: p[0],
+                range_sigma_m: p[1],
+                elevation_rad: p[2],
+                elevation_sigma_rad: p[3],
+                horizontal_sigma_mps: p[4],
+                vertical_sigma_mps: p[5],
+                acceleration_sigma_mps2: p[6],
+            },
+            base: Base {
+                decay_hz: p[7],
+                jerk_noise: p[8],
+                acceleration_noise: p[9],
+                velocity_noise: p[10],
+            },
+            normalisation: Normalisation {
+                offset: core::array::from_fn(|i| pair(2 * i)),
+                gain: core::array::from_fn(|i| pair(2 * i + 1)),
+            },
+            network: Network::of_gaussian_weights(weights)?,
+            sampled: weights.log_sigmas.iter().all(|sigma| sigma.is_finite()),
+        })
     }
 
     /// The network's layers as the blob holds them.
     pub fn layers(&self) -> Vec<QuantisedLayer> {
-        quantise(&self.weights)
+        quantise(&self.weights())
     }
 
     /// The blob's bytes; `firmware/BLOB.md` lists the parameters.
@@ -95,7 +120,6 @@ mod tests {
     use super::*;
     use crate::kernel::Tier;
     use crate::recursive::network::{OUTPUT_COLUMNS, Pass};
-    use bnkf::blob::Blob;
 
     const POPULATION: Population = Population {
         range_m: 33.5,
@@ -107,21 +131,19 @@ mod tests {
         acceleration_sigma_mps2: 2.0,
     };
 
-    fn model(sampled: bool) -> (Network, RecursiveModel) {
-        let network = Network::new(5);
-        let model = RecursiveModel::new(
-            POPULATION,
-            Base::DRONE,
-            Normalisation::IDENTITY,
-            &network,
+    fn model(sampled: bool) -> RecursiveModel {
+        RecursiveModel {
+            population: POPULATION,
+            base: Base::DRONE,
+            normalisation: Normalisation::IDENTITY,
+            network: Network::new(5),
             sampled,
-        );
-        (network, model)
+        }
     }
 
     #[test]
     fn the_integer_network_answers_what_the_trained_one_does() {
-        let (network, model) = model(true);
+        let model = model(true);
         let bytes = model.blob().unwrap();
         let blob = Blob::parse(&bytes).unwrap();
         let view = blob.networks().next().unwrap();
@@ -134,7 +156,7 @@ mod tests {
         let mut pass = Pass::new(8);
         pass.features_mut()[..FEATURES].copy_from_slice(&inputs);
         let tier = Tier::detect();
-        pass.forward(tier, &network.weights(tier, false), 0);
+        pass.forward(tier, &model.network.weights(tier, false), 0);
         let expected = &pass.outputs()[..OUTPUT_COLUMNS];
         let largest = expected.iter().fold(0.0_f32, |m, x| m.max(x.abs()));
         for (a, b) in answer.iter().zip(expected) {
@@ -146,11 +168,23 @@ mod tests {
 
     #[test]
     fn a_deterministic_twin_has_no_variance() {
-        let bytes = model(false).1.blob().unwrap();
+        let bytes = model(false).blob().unwrap();
         let view = Blob::parse(&bytes).unwrap().networks().next().unwrap();
         assert_eq!(view.layer(2).variance_max, 0.0);
-        let bytes = model(true).1.blob().unwrap();
+        let bytes = model(true).blob().unwrap();
         let view = Blob::parse(&bytes).unwrap().networks().next().unwrap();
         assert!(view.layer(2).variance_max > 0.0);
+    }
+
+    #[test]
+    fn a_model_comes_back_from_its_blob_and_weights() {
+        for sampled in [true, false] {
+            let model = model(sampled);
+            let bytes = model.blob().unwrap();
+            let back =
+                RecursiveModel::of_blob(&Blob::parse(&bytes).unwrap(), &model.weights()).unwrap();
+            assert_eq!(back.blob().unwrap(), bytes);
+            assert_eq!(back.sampled, sampled);
+        }
     }
 }

@@ -5,7 +5,7 @@
 
 use super::features::FEATURES;
 use super::schedule::OUTPUTS;
-use crate::architecture::Architecture;
+use crate::architecture::{Architecture, LayerShape};
 use crate::gaussian_weights::GaussianWeights;
 use crate::kernel::{
     AdamStep, Aligned, Hidden, Moments, Posterior, Tier, adam, exp_in_place, fill_normal,
@@ -205,32 +205,36 @@ impl Network {
     }
 
     /// The posterior in the order that blobs are written from, without padding.
+    ///
+    /// # Panics
+    /// Never: the widths are constants that a blob can hold.
     pub fn gaussian_weights(&self) -> GaussianWeights {
         let mut widths: Vec<usize> = SHAPES.iter().map(|shape| shape.0).collect();
         widths.push(OUTPUTS);
-        let architecture =
-            Architecture::new(widths).expect("the widths are constants that a blob can hold");
+        let architecture = Architecture::new(widths).expect("a blob can hold the widths");
         let mut ordered = GaussianWeights {
             means: vec![0.0; architecture.parameters()],
             log_sigmas: vec![0.0; architecture.parameters()],
             architecture,
         };
-        let layers = ordered.architecture.layers();
-        for ((shape, (inputs, columns)), start) in layers.iter().zip(SHAPES).zip(OFFSETS) {
-            for output in 0..shape.outputs {
-                for input in 0..=inputs {
-                    let to = if input < inputs {
-                        shape.row(output) + input
-                    } else {
-                        shape.bias(output)
-                    };
-                    let from = start + input * columns + output;
-                    ordered.means[to] = self.means[from];
-                    ordered.log_sigmas[to] = self.log_sigmas[from];
-                }
-            }
+        for (to, from) in places(&ordered.architecture.layers()) {
+            ordered.means[to] = self.means[from];
+            ordered.log_sigmas[to] = self.log_sigmas[from];
         }
         ordered
+    }
+
+    /// The inverse of [`Self::gaussian_weights`], with a fresh optimiser; `None` for another shape.
+    pub fn of_gaussian_weights(weights: &GaussianWeights) -> Option<Self> {
+        let mut network = Self::new(0);
+        if network.gaussian_weights().architecture != weights.architecture {
+            return None;
+        }
+        for (from, to) in places(&weights.architecture.layers()) {
+            network.means[to] = weights.means[from];
+            network.log_sigmas[to] = weights.log_sigmas[from];
+        }
+        Some(network)
     }
 
     /// Every number that training needs to go on, in a fixed order.
@@ -262,6 +266,20 @@ impl Network {
             updates,
         })
     }
+}
+
+/// Where each number of the unpadded order lies in the padded one: (unpadded, padded).
+fn places(layers: &[LayerShape]) -> Vec<(usize, usize)> {
+    let mut places = Vec::new();
+    for ((shape, (inputs, columns)), start) in layers.iter().zip(SHAPES).zip(OFFSETS) {
+        for output in 0..shape.outputs {
+            let weights = (0..inputs).map(|input| (shape.row(output) + input, input));
+            for (ordered, row) in weights.chain([(shape.bias(output), inputs)]) {
+                places.push((ordered, start + row * columns + output));
+            }
+        }
+    }
+    places
 }
 
 /// Every layer's weights with rows and columns exchanged; biases are left out.

@@ -151,13 +151,13 @@ impl<'f> Training<'f> {
 
     /// What the training has come to.
     pub fn model(&self) -> RecursiveModel {
-        RecursiveModel::new(
-            self.population,
-            self.base,
-            self.normalisation.clone(),
-            &self.network,
-            self.recipe.sampled,
-        )
+        RecursiveModel {
+            population: self.population,
+            base: self.base,
+            normalisation: self.normalisation.clone(),
+            network: self.network.clone(),
+            sampled: self.recipe.sampled,
+        }
     }
 
     /// The recorded step.

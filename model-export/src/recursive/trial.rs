@@ -4,9 +4,7 @@ use super::encounter::Encounter;
 use super::score::Score;
 use super::start::Population;
 use crate::flight::{Flight, Sample};
-use crate::gaps::SamplingRate;
-use crate::noise::{NoiseLevel, NoiseTable};
-use crate::radar_sampling::{RadarSettings, sample_radar, time_us};
+use crate::radar_sampling::time_us;
 use crate::reading::Reading;
 use bnkf::blob::Blob;
 use bnkf::{Correction, Estimate, Measurement, Mode, Settings, StepError, Tracker, TrackerError};
@@ -24,13 +22,11 @@ pub struct Trial {
     pub readings: Vec<Option<Reading>>,
 }
 
-/// Trials of one noise level and rate.
+/// Trials under one noise and rate.
 #[derive(Clone, Debug)]
 pub struct Cell {
-    /// Noise level.
-    pub level: NoiseLevel,
-    /// Part of the samples that is measured.
-    pub rate: SamplingRate,
+    /// Noise and rate.
+    pub name: String,
     /// One for each flight.
     pub trials: Vec<Trial>,
 }
@@ -47,33 +43,27 @@ pub struct TrackerScore {
     pub restarted: usize,
 }
 
-/// Every noise level at every rate over `flights`.
-pub fn cells(flights: &[Flight], table: NoiseTable, seed: u64) -> Vec<Cell> {
-    let pairs = NoiseLevel::ALL
-        .into_iter()
-        .flat_map(|level| SamplingRate::ALL.map(|rate| (level, rate)));
-    pairs
-        .map(|(level, rate)| {
-            let settings = RadarSettings::paper(level, table, rate, seed);
-            let trial = |flight: &Flight| Trial {
-                samples: flight.samples.clone(),
-                times_us: flight
-                    .samples
-                    .iter()
-                    .map(|sample| time_us(flight, sample.time_s))
-                    .collect(),
-                readings: sample_radar(flight, &settings),
-            };
-            Cell {
-                level,
-                rate,
-                trials: flights.par_iter().map(trial).collect(),
-            }
-        })
-        .collect()
-}
-
 impl Cell {
+    /// What `radar` reads of every flight.
+    pub fn new(
+        name: String,
+        flights: &[Flight],
+        radar: impl Fn(&Flight) -> Vec<Option<Reading>> + Sync,
+    ) -> Self {
+        let trial = |flight: &Flight| {
+            let times = flight.samples.iter();
+            Trial {
+                times_us: times.map(|sample| time_us(flight, sample.time_s)).collect(),
+                samples: flight.samples.clone(),
+                readings: radar(flight),
+            }
+        };
+        Self {
+            name,
+            trials: flights.par_iter().map(trial).collect(),
+        }
+    }
+
     /// The trials as the training's filter meets them.
     pub fn encounters(&self, population: &Population) -> Vec<Encounter> {
         let trials = self.trials.iter();
@@ -157,6 +147,7 @@ mod tests {
     use crate::generator::{GeneratorSettings, generate};
     use crate::kernel::Tier;
     use crate::recursive::recipe::Recipe;
+    use crate::recursive::scenario::Scenario;
     use crate::recursive::training::Training;
 
     #[test]
@@ -173,7 +164,7 @@ mod tests {
         let training = Training::new(recipe, &flights).unwrap();
         let bytes = training.model().blob().unwrap();
         let weights = training.network.weights(Tier::detect(), false);
-        for cell in cells(&flights, NoiseTable::Radians, 5) {
+        for cell in Scenario::Paper.cells(&flights, 5) {
             let encounters = cell.encounters(&training.population);
             let expected = Score::of(training.programs(), &weights, &encounters);
             let tracked = cell.track(Blob::parse(&bytes).unwrap(), 1).unwrap();

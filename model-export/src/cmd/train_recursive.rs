@@ -1,0 +1,197 @@
+//! `model-export train --kind recursive`: trains the recursive estimator and writes its blob.
+
+use super::flight_source::{FlightSource, FlightSourceError, NamedFlights};
+use super::train::{Outcome, TrainError};
+use crate::atomic_file;
+use crate::command_line::command_line;
+use crate::data_hash;
+use crate::generator::{GeneratorSettings, generate};
+use crate::interrupt::Interrupt;
+use crate::provenance::path_beside;
+use crate::quantise::layer_errors;
+use crate::recursive::comparison::{Comparison, compare, table};
+use crate::recursive::model::{PASSES, RecursiveModel};
+use crate::recursive::provenance::Provenance;
+use crate::recursive::recipe::Recipe;
+use crate::recursive::scenario::Scenario;
+use crate::recursive::training::{ResumeError, Training};
+use crate::recursive::training_progress::RecursiveProgress;
+use crate::unrounded;
+use bnkf::blob::Blob;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// Time between two checkpoints.
+const CHECKPOINT_EVERY: Duration = Duration::from_secs(30);
+/// Seed of the radar's noise over the held-out flights.
+const HELD_OUT_SEED: u64 = 3;
+
+/// Options of `--kind recursive`.
+#[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Options of --kind recursive")]
+pub struct RecursiveArgs {
+    /// Targets and radar that the model is for
+    #[arg(long, value_enum, default_value_t = Scenario::Paper)]
+    scenario: Scenario,
+    /// Batches of new flights; the learning rate reaches zero after the last [default: the
+    /// scenario's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    episodes: Option<u64>,
+    /// Every weight a number instead of a distribution: the twin that the Bayesian network is
+    /// compared with
+    #[arg(long)]
+    deterministic: bool,
+}
+
+/// What every kind of training is told.
+#[derive(Clone, Copy, Debug)]
+pub struct Run<'a> {
+    /// Flights, where the command names them.
+    pub source: &'a FlightSource,
+    /// The blob to write.
+    pub out: &'a Path,
+    /// The checkpoint.
+    pub checkpoint: &'a Path,
+    /// Whether to go on from the checkpoint.
+    pub resume: bool,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Asked between episodes.
+    pub interrupt: &'a Interrupt,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// See [`TrainError`].
+pub fn train(run: &Run<'_>, args: &RecursiveArgs) -> Result<Outcome, TrainError> {
+    let default = args.scenario.recipe();
+    let recipe = Recipe {
+        seed: run.seed,
+        episodes: args.episodes.unwrap_or(default.episodes),
+        sampled: !args.deterministic,
+        ..default
+    };
+    let named = flights(run, args.scenario)?;
+    eprintln!(
+        "{}: {} flights to learn from",
+        named.source,
+        named.flights.len()
+    );
+    let mut training = start(run, recipe, &named)?;
+    let mut progress = RecursiveProgress::new(training.recipe.episodes, training.episode);
+    let mut saved = Instant::now();
+    while training.episode < training.recipe.episodes {
+        if run.interrupt.asked() {
+            progress.finish();
+            atomic_file::write(run.checkpoint, &training.checkpoint())?;
+            let path = run.checkpoint.display();
+            eprintln!("interrupted; continue with --resume ({path})");
+            return Ok(Outcome::Interrupted);
+        }
+        progress.episode(&training.episode());
+        if saved.elapsed() >= CHECKPOINT_EVERY {
+            atomic_file::write(run.checkpoint, &training.checkpoint())?;
+            saved = Instant::now();
+        }
+    }
+    progress.finish();
+    write(run, args.scenario, &named, &training)?;
+    if run.checkpoint.exists() {
+        let path = run.checkpoint.to_owned();
+        std::fs::remove_file(&path).map_err(|cause| TrainError::Remove { path, cause })?;
+    }
+    Ok(Outcome::Written)
+}
+
+/// The flights that the command names, or the scenario's built-in ones.
+fn flights(run: &Run<'_>, scenario: Scenario) -> Result<NamedFlights, FlightSourceError> {
+    if run.source.flights.is_some() {
+        return run.source.load(run.seed);
+    }
+    let mut settings = scenario.training_flights();
+    if let Some(count) = run.source.builtin {
+        settings.flights = count;
+        settings.seed = run.source.builtin_seed;
+    }
+    built_in(&settings)
+}
+
+fn built_in(settings: &GeneratorSettings) -> Result<NamedFlights, FlightSourceError> {
+    Ok(NamedFlights {
+        source: format!(
+            "{} built-in flights of {} s, seed {}",
+            settings.flights, settings.duration_s, settings.seed
+        ),
+        flights: generate(settings)?,
+    })
+}
+
+fn start<'f>(
+    run: &Run<'_>,
+    recipe: Recipe,
+    named: &'f NamedFlights,
+) -> Result<Training<'f>, TrainError> {
+    if !run.resume {
+        return Ok(Training::new(recipe, &named.flights)?);
+    }
+    let path: PathBuf = run.checkpoint.to_owned();
+    match std::fs::read(&path) {
+        Ok(bytes) => Training::resume(recipe, &named.flights, &bytes)
+            .map_err(|cause: ResumeError| TrainError::RecursiveCheckpoint { path, cause }),
+        Err(cause) => Err(TrainError::Read { path, cause }),
+    }
+}
+
+fn write(
+    run: &Run<'_>,
+    scenario: Scenario,
+    named: &NamedFlights,
+    training: &Training<'_>,
+) -> Result<(), TrainError> {
+    let model = training.model();
+    let blob = model.blob()?;
+    let held_out = held_out(&model, Blob::parse(&blob)?, scenario)?;
+    let weights = model.weights();
+    let provenance = Provenance {
+        command: command_line("model-export"),
+        version: env!("CARGO_PKG_VERSION"),
+        data: named.source.clone(),
+        data_sha256: data_hash::of_flights(&named.flights),
+        training_flights: named.flights.len(),
+        scenario,
+        recipe: training.recipe.clone(),
+        blob_sha256: data_hash::of_bytes(&blob),
+        blob_bytes: blob.len(),
+        quantisation: layer_errors(&weights, &model.layers()),
+        held_out,
+    };
+    let json = format!("{:#}\n", serde_json::json!(provenance));
+    let unrounded = unrounded::to_bytes(&blob, core::slice::from_ref(&weights));
+    atomic_file::write(&unrounded::path_beside(run.out), &unrounded)?;
+    atomic_file::write(&path_beside(run.out), json.as_bytes())?;
+    // The blob last: where it is, the files beside it are its own.
+    atomic_file::write(run.out, &blob)?;
+    let mut out = std::io::stdout().lock();
+    writeln!(
+        out,
+        "{}: {} bytes, SHA-256 {}\n\n{}",
+        run.out.display(),
+        blob.len(),
+        provenance.blob_sha256,
+        table(&provenance.held_out)
+    )?;
+    Ok(())
+}
+
+/// The model and its blob over the scenario's held-out flights.
+fn held_out(
+    model: &RecursiveModel,
+    blob: Blob<'_>,
+    scenario: Scenario,
+) -> Result<Vec<Comparison>, TrainError> {
+    let flights = built_in(&scenario.held_out_flights())?.flights;
+    let cells = scenario.cells(&flights, HELD_OUT_SEED);
+    compare(model, blob, &cells, PASSES).map_err(TrainError::Passes)
+}

@@ -1,0 +1,87 @@
+//! `model-export verify` of a recursive blob: what rounding and single precision cost.
+
+use super::flight_source::{FlightSource, FlightSourceError};
+use crate::gaussian_weights::GaussianWeights;
+use crate::generator::generate;
+use crate::recursive::comparison::{Comparison, compare, table};
+use crate::recursive::model::RecursiveModel;
+use crate::recursive::scenario::Scenario;
+use bnkf::TrackerError;
+use bnkf::blob::Blob;
+use std::io::Write as _;
+
+/// Options that only a recursive blob has.
+#[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Options for a recursive blob")]
+pub struct RecursiveArgs {
+    /// Noises and rates, and the flights when none are named
+    #[arg(long, value_enum, default_value_t = Scenario::Paper)]
+    scenario: Scenario,
+    /// Monte Carlo passes of the tracker; 1 takes every weight at its mean
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=100))]
+    tracker_passes: u16,
+    /// Factor on the speed of the built-in flights: motion that no training sees
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    speed: f64,
+    /// Factor on the size of the built-in flights
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    size: f64,
+}
+
+/// Why a recursive blob is not verified.
+#[derive(Debug, thiserror::Error)]
+pub enum VerifyRecursiveError {
+    /// The unrounded weights are of another network.
+    #[error("the unrounded weights are not those of a recursive blob")]
+    OtherNetwork,
+    /// No flights.
+    #[error(transparent)]
+    Source(#[from] FlightSourceError),
+    /// The tracker cannot be made.
+    #[error("{0}")]
+    Tracker(TrackerError),
+    /// A cell differs too much.
+    #[error("the blob differs from its unrounded weights in: {0}")]
+    Rejected(String),
+    /// Standard output was closed.
+    #[error("standard output: {0}")]
+    Output(#[from] std::io::Error),
+}
+
+/// Prints both beside each other, cell by cell.
+///
+/// # Errors
+/// See [`VerifyRecursiveError`]. Only mean weights are held to the limits: sampled ones are another
+/// estimator.
+pub fn verify(
+    blob: Blob<'_>,
+    weights: &GaussianWeights,
+    source: &FlightSource,
+    args: &RecursiveArgs,
+    seed: u64,
+) -> Result<(), VerifyRecursiveError> {
+    let model =
+        RecursiveModel::of_blob(&blob, weights).ok_or(VerifyRecursiveError::OtherNetwork)?;
+    let flights = if source.flights.is_some() || source.builtin.is_some() {
+        source.load(seed)?.flights
+    } else {
+        let mut settings = args.scenario.held_out_flights();
+        settings.speed_scale *= args.speed;
+        settings.size_scale *= args.size;
+        generate(&settings).map_err(FlightSourceError::from)?
+    };
+    let cells = args.scenario.cells(&flights, seed);
+    let found = compare(&model, blob, &cells, args.tracker_passes)
+        .map_err(VerifyRecursiveError::Tracker)?;
+    std::io::stdout().write_all(table(&found).as_bytes())?;
+    let differing: Vec<&str> = found
+        .iter()
+        .filter(|comparison| !comparison.accepted())
+        .map(|comparison: &Comparison| comparison.cell.as_str())
+        .collect();
+    if differing.is_empty() || args.tracker_passes > 1 {
+        Ok(())
+    } else {
+        Err(VerifyRecursiveError::Rejected(differing.join(", ")))
+    }
+}

@@ -1,0 +1,131 @@
+//! What rounding and single precision cost: the blob in the firmware's tracker beside the unrounded
+//! network in the training's filter.
+
+use super::model::RecursiveModel;
+use super::score::Score;
+use super::trial::{Cell, TrackerScore};
+use super::unrolled::Programs;
+use crate::kernel::Tier;
+use bnkf::TrackerError;
+use bnkf::blob::Blob;
+use serde::Serialize;
+
+/// Largest share by which the mean distance may rise.
+pub const DISTANCE_SHARE_MAX: f64 = 0.01;
+/// Largest change of the mean NEES.
+pub const NEES_CHANGE_MAX: f64 = 0.2;
+
+/// One cell by both.
+#[derive(Clone, Debug, Serialize)]
+pub struct Comparison {
+    /// Noise and rate.
+    pub cell: String,
+    /// Unrounded mean weights, double-precision filter.
+    pub unrounded: Score,
+    /// The blob in the firmware's tracker.
+    pub tracker: TrackerScore,
+}
+
+impl Comparison {
+    /// Whether the blob is as good as what it was rounded from.
+    #[must_use]
+    pub fn accepted(&self) -> bool {
+        let (tracker, unrounded) = (&self.tracker.score, &self.unrounded);
+        tracker.lost == 0
+            && tracker.steps == unrounded.steps
+            && tracker.distance_m <= (1.0 + DISTANCE_SHARE_MAX) * unrounded.distance_m
+            && (tracker.nees - unrounded.nees).abs() <= NEES_CHANGE_MAX
+    }
+}
+
+/// Compares `blob` with the model that it was written from, over `cells`.
+///
+/// # Errors
+/// The number of passes does not fit.
+pub fn compare(
+    model: &RecursiveModel,
+    blob: Blob<'_>,
+    cells: &[Cell],
+    passes: u16,
+) -> Result<Vec<Comparison>, TrackerError> {
+    let programs = Programs::new(&model.base, &model.normalisation);
+    let weights = model.network.weights(Tier::detect(), false);
+    let one = |cell: &Cell| {
+        let encounters = cell.encounters(&model.population);
+        Ok(Comparison {
+            cell: cell.name.clone(),
+            unrounded: Score::of(&programs, &weights, &encounters),
+            tracker: cell.track(blob, passes)?,
+        })
+    };
+    cells.iter().map(one).collect()
+}
+
+/// A line for each cell: mean distance, NEES and coverage of both, and the tracker's events.
+#[must_use]
+pub fn table(comparisons: &[Comparison]) -> String {
+    let mut text = format!(
+        "{:<16}{:>25}{:>25}{:>10}{:>10}{:>10}\n",
+        "cell", "unrounded ED/NEES/90%", "blob ED/NEES/90%", "rejected", "restarts", "refused"
+    );
+    for comparison in comparisons {
+        let triple = |s: &Score| {
+            format!(
+                "{:.3} {:.2} {:.1}",
+                s.distance_m,
+                s.nees,
+                100.0 * s.coverage90
+            )
+        };
+        text += &format!(
+            "{:<16}{:>25}{:>25}{:>10}{:>10}{:>10}{}\n",
+            comparison.cell,
+            triple(&comparison.unrounded),
+            triple(&comparison.tracker.score),
+            comparison.tracker.rejected,
+            comparison.tracker.restarted,
+            comparison.tracker.score.lost,
+            if comparison.accepted() {
+                ""
+            } else {
+                "  differs"
+            }
+        );
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_blob_that_is_worse_is_not_accepted() {
+        let score = Score {
+            distance_m: 1.0,
+            nees: 3.0,
+            coverage90: 0.9,
+            surprise: 0.0,
+            steps: 10.0,
+            lost: 0,
+        };
+        let comparison = |distance_m, nees, lost| Comparison {
+            cell: "low".to_owned(),
+            unrounded: score,
+            tracker: TrackerScore {
+                score: Score {
+                    distance_m,
+                    nees,
+                    lost,
+                    ..score
+                },
+                ..TrackerScore::default()
+            },
+        };
+        assert!(comparison(1.009, 3.1, 0).accepted());
+        assert!(!comparison(1.011, 3.0, 0).accepted());
+        assert!(!comparison(1.0, 3.3, 0).accepted());
+        assert!(!comparison(1.0, 3.0, 1).accepted());
+        assert!(table(&[comparison(2.0, 3.0, 0)]).contains("differs"));
+    }
+}

@@ -1,0 +1,165 @@
+//! What a recursive model is trained for: flights, radar and recipe that belong together.
+
+use super::recipe::Recipe;
+use super::trial::Cell;
+use crate::flight::Flight;
+use crate::gaps::SamplingRate;
+use crate::generator::GeneratorSettings;
+use crate::noise::{NoiseLevel, NoiseSigmas, NoiseTable};
+use crate::radar_sampling::{RadarSettings, sample_radar};
+use crate::random_source::RandomSource;
+use crate::seed::name_id;
+use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
+
+/// Targets and radar.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scenario {
+    /// Small drones within 50 m of a short-range radar
+    Paper,
+    /// Drones of up to 25 m/s at 0.3 to 3 km, scanned at 10 to 1 Hz
+    CounterUas,
+}
+
+impl Scenario {
+    /// How its shipped model is trained.
+    pub fn recipe(self) -> Recipe {
+        match self {
+            Self::Paper => Recipe::DEFAULT,
+            Self::CounterUas => Recipe::COUNTER_UAS,
+        }
+    }
+
+    /// Built-in flights to learn from. They are longer than a training flight, which is cut from
+    /// them anywhere.
+    pub fn training_flights(self) -> GeneratorSettings {
+        let paper = GeneratorSettings {
+            flights: 1500,
+            seed: 77,
+            duration_s: 24.0,
+            ..GeneratorSettings::default()
+        };
+        match self {
+            Self::Paper => paper,
+            Self::CounterUas => GeneratorSettings {
+                flights: 500,
+                duration_s: 60.0,
+                ..self.moved(paper)
+            },
+        }
+    }
+
+    /// Built-in flights to judge by, which no training sees.
+    pub fn held_out_flights(self) -> GeneratorSettings {
+        let paper = GeneratorSettings {
+            flights: 128,
+            seed: 9001,
+            ..GeneratorSettings::default()
+        };
+        match self {
+            Self::Paper => paper,
+            Self::CounterUas => GeneratorSettings {
+                flights: 64,
+                duration_s: 30.0,
+                ..self.moved(paper)
+            },
+        }
+    }
+
+    /// The same number of flights where and how this scenario has them.
+    fn moved(self, settings: GeneratorSettings) -> GeneratorSettings {
+        GeneratorSettings {
+            speed_scale: 4.0,
+            size_scale: 16.0,
+            volume: self.recipe().volume,
+            ..settings
+        }
+    }
+
+    /// `flights` under every noise and rate that the scenario is judged by.
+    pub fn cells(self, flights: &[Flight], seed: u64) -> Vec<Cell> {
+        match self {
+            Self::Paper => NoiseLevel::ALL
+                .into_iter()
+                .flat_map(|level| SamplingRate::ALL.map(|rate| (level, rate)))
+                .map(|(level, rate)| {
+                    let settings = RadarSettings::paper(level, NoiseTable::Radians, rate, seed);
+                    Cell::new(format!("{level} {rate}"), flights, |flight| {
+                        sample_radar(flight, &settings)
+                    })
+                })
+                .collect(),
+            Self::CounterUas => [0.3, 0.5, 0.7]
+                .into_iter()
+                .flat_map(|angle_deg| [1, 2, 10].map(|stride| (angle_deg, stride)))
+                .map(|(angle_deg, stride)| scan_cell(flights, angle_deg, stride, seed))
+                .collect(),
+        }
+    }
+}
+
+/// Every `stride`-th sample with this error of both angles, one in ten missed.
+fn scan_cell(flights: &[Flight], angle_deg: f64, stride: usize, seed: u64) -> Cell {
+    let angle_rad = f64::to_radians(angle_deg);
+    let noise = NoiseSigmas {
+        range_m: 3.0,
+        elevation_rad: angle_rad,
+        azimuth_rad: angle_rad,
+        range_rate_mps: 0.2,
+    };
+    let settings = RadarSettings {
+        noise,
+        stated: noise,
+        rate: SamplingRate::FULL,
+        gap_phase: 0,
+        seed,
+    };
+    let name = format!("{angle_deg} deg, {:.0} Hz", 10.0 / stride as f64);
+    Cell::new(name, flights, |flight| {
+        let ids = [name_id("missed"), name_id(&flight.name), stride as u64];
+        let mut random = RandomSource::new(seed, &ids);
+        let mut readings = sample_radar(flight, &settings);
+        for (index, reading) in readings.iter_mut().enumerate().skip(1) {
+            if index % stride != 0 || random.chance(0.1) {
+                *reading = None;
+            }
+        }
+        readings
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generator::generate;
+
+    #[test]
+    fn every_cell_measures_what_its_name_says() {
+        for (scenario, cells) in [(Scenario::Paper, 9), (Scenario::CounterUas, 9)] {
+            let settings = GeneratorSettings {
+                flights: 2,
+                ..scenario.held_out_flights()
+            };
+            let flights = generate(&settings).unwrap();
+            let found = scenario.cells(&flights, 1);
+            assert_eq!(found.len(), cells);
+            assert!(found.iter().all(|cell| cell.trials.len() == 2));
+            let measured = |cell: &Cell| cell.trials[0].readings.iter().flatten().count();
+            assert!(measured(&found[0]) > measured(&found[2]));
+            assert!(
+                found
+                    .iter()
+                    .all(|cell| cell.trials[1].readings[0].is_some())
+            );
+        }
+    }
+
+    #[test]
+    fn no_flight_is_both_learned_and_judged() {
+        for scenario in [Scenario::Paper, Scenario::CounterUas] {
+            let (a, b) = (scenario.training_flights(), scenario.held_out_flights());
+            assert_ne!(a.seed, b.seed);
+        }
+    }
+}
