@@ -1,16 +1,16 @@
 //! Interacting multiple models (Blom and Bar-Shalom 1988) over level turns.
 
 use bnkf_model_export::reading::Reading;
-use nalgebra::{Matrix4, Matrix6, Vector4, Vector6};
 
 use super::clock::Clock;
 use super::correction::{Correction, Innovation};
 use super::discrete::Discrete;
-use super::gaussian::{Gaussian, symmetric};
+use super::gaussian::Gaussian;
+use super::mixture::{Component, moments, nis, reweigh};
 use super::origin::Origin;
 use super::sensor::Observation;
 use super::turn::Turn;
-use crate::filter::{Filter, FilterError, Nis, PositionEstimate, Start};
+use crate::filter::{Filter, FilterError, PositionEstimate, Start};
 
 /// M extended Kalman filters that exchange their beliefs before every step.
 #[derive(Clone, Debug)]
@@ -19,17 +19,8 @@ pub struct Imm<const M: usize> {
     /// Mean time a target stays with one model, s.
     sojourn_s: f64,
     origin: Origin,
-    belief: Option<(Clock, [Mode; M])>,
+    belief: Option<(Clock, [Component<6>; M])>,
     steps: [Option<Discrete<6>>; M],
-}
-
-/// One model's belief and its probability.
-#[derive(Clone, Copy, Debug)]
-pub struct Mode {
-    /// Position and velocity under this model.
-    pub state: Gaussian<6>,
-    /// Probability that the target follows this model.
-    pub probability: f64,
 }
 
 impl<const M: usize> Imm<M> {
@@ -46,19 +37,19 @@ impl<const M: usize> Imm<M> {
     }
 
     /// The models' beliefs at the last step, in the order of the models.
-    pub fn modes(&self) -> Option<&[Mode; M]> {
+    pub fn modes(&self) -> Option<&[Component<6>; M]> {
         self.belief.as_ref().map(|(_, modes)| modes)
     }
 
     /// The mixture of the models' beliefs at the last step.
     pub fn belief(&self) -> Option<Gaussian<6>> {
         self.modes()
-            .map(|modes| mixture(modes, |i| modes[i].probability))
+            .map(|modes| moments(modes, |i| modes[i].probability))
     }
 
     /// The beliefs that enter the next step: mixed by the probability of having come from each
     /// model, with the models' predicted probabilities.
-    fn mixed(&self, modes: &[Mode; M], dt_s: f64) -> [Mode; M] {
+    fn mixed(&self, modes: &[Component<6>; M], dt_s: f64) -> [Component<6>; M] {
         // The exact chain in continuous time: a long gap evens the models out.
         let m = M as f64;
         let kept = if M > 1 {
@@ -66,62 +57,23 @@ impl<const M: usize> Imm<M> {
         } else {
             1.0
         };
-        let leave = (1.0 - kept) / m;
+        // Above zero even for no time at all: a probability that underflowed must not stay zero.
+        let leave = ((1.0 - kept) / m).max(f64::EPSILON);
         let stay = kept + leave;
         core::array::from_fn(|to| {
             let weight =
                 |from: usize| modes[from].probability * if from == to { stay } else { leave };
             let probability: f64 = (0..M).map(weight).sum();
-            let state = mixture(modes, |from| weight(from) / probability);
-            Mode { state, probability }
+            let state = moments(modes, |from| weight(from) / probability);
+            Component { probability, state }
         })
     }
-}
-
-/// Mean and covariance of the mixture of the modes' states.
-fn mixture<const M: usize>(modes: &[Mode; M], weight: impl Fn(usize) -> f64) -> Gaussian<6> {
-    let mut mean = Vector6::zeros();
-    for i in 0..M {
-        mean += modes[i].state.mean * weight(i);
-    }
-    let mut covariance = Matrix6::zeros();
-    for i in 0..M {
-        let away = modes[i].state.mean - mean;
-        covariance += (modes[i].state.covariance + away * away.transpose()) * weight(i);
-    }
-    Gaussian {
-        mean,
-        covariance: symmetric(&covariance),
-    }
-}
-
-/// NIS of the moments of the mixture of predicted readings.
-fn mixed_nis<const M: usize>(
-    modes: &[Mode; M],
-    innovations: &[Innovation; M],
-) -> Result<Nis, FilterError> {
-    let mut mean = Vector4::zeros();
-    for (mode, innovation) in modes.iter().zip(innovations) {
-        mean += innovation.residual * mode.probability;
-    }
-    let mut covariance = Matrix4::zeros();
-    for (mode, innovation) in modes.iter().zip(innovations) {
-        let away = innovation.residual - mean;
-        covariance += (innovation.covariance + away * away.transpose()) * mode.probability;
-    }
-    let factor = covariance
-        .cholesky()
-        .ok_or(FilterError::NotPositiveDefinite)?;
-    Ok(Nis {
-        value: mean.dot(&factor.solve(&mean)),
-        degrees: 4,
-    })
 }
 
 impl<const M: usize> Filter for Imm<M> {
     fn start(&mut self, start: &Start<'_>) -> Result<PositionEstimate, FilterError> {
         let state = self.origin.belief(start);
-        let mode = Mode {
+        let mode = Component {
             state,
             probability: 1.0 / M as f64,
         };
@@ -140,7 +92,7 @@ impl<const M: usize> Filter for Imm<M> {
         for ((mode, model), last) in modes.iter_mut().zip(&self.models).zip(&mut self.steps) {
             mode.state = mode.state.predicted(Discrete::kept(last, model, dt_s));
         }
-        let mut nis = None;
+        let mut consistency = None;
         if let Some(reading) = reading {
             let observation = Observation::from(reading);
             let mut innovations = [Innovation::default(); M];
@@ -148,45 +100,21 @@ impl<const M: usize> Filter for Imm<M> {
                 (mode.state, *innovation) =
                     Correction::Extended.apply(&mode.state, &observation)?;
             }
-            nis = Some(mixed_nis(&modes, &innovations)?);
+            consistency = Some(nis(&modes, &innovations)?);
             reweigh(&mut modes, &innovations)?;
         }
         self.belief = Some((clock, modes));
-        mixture(&modes, |i| modes[i].probability).position_estimate(nis)
+        moments(&modes, |i| modes[i].probability).position_estimate(consistency)
     }
-}
-
-/// Bayes' rule for the models' probabilities.
-fn reweigh<const M: usize>(
-    modes: &mut [Mode; M],
-    innovations: &[Innovation; M],
-) -> Result<(), FilterError> {
-    // Relative to the likeliest model: far from the prediction every density underflows.
-    let best = innovations
-        .iter()
-        .map(|i| i.log_likelihood)
-        .fold(f64::NEG_INFINITY, f64::max);
-    for (mode, innovation) in modes.iter_mut().zip(innovations) {
-        mode.probability *= (innovation.log_likelihood - best).exp();
-    }
-    let sum: f64 = modes.iter().map(|mode| mode.probability).sum();
-    if !(sum.is_finite() && sum > 0.0) {
-        return Err(FilterError::NotFinite);
-    }
-    for mode in modes {
-        mode.probability /= sum;
-    }
-    Ok(())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::baseline::bank::{FiveTurns, SOJOURN_S};
-    use crate::baseline::discrete::Discrete;
     use crate::baseline::prior::tests::PRIOR;
     use crate::baseline::sensor::expected;
-    use nalgebra::Vector3;
+    use nalgebra::{Vector3, Vector6};
 
     const ORIGIN: Origin = Origin::Population(PRIOR);
 

@@ -4,6 +4,7 @@
 //! range-rate [rad, rad, m, m/s]. Frame: x east, y north, z up, radar at the origin.
 
 pub mod bank;
+pub mod bound;
 pub mod clock;
 pub mod correction;
 pub mod discrete;
@@ -11,9 +12,11 @@ pub mod gaussian;
 pub mod imm;
 pub mod kalman;
 pub mod memoryless;
+pub mod mixture;
 pub mod motion;
 pub mod origin;
 pub mod prior;
+pub mod rao_blackwell;
 pub mod sensor;
 pub mod sigma_points;
 pub mod simplex;

@@ -63,7 +63,7 @@ impl Normal {
     }
 
     /// The posterior after an independent reading `z` with standard deviation `sigma`.
-    fn fused(&self, z: f64, sigma: f64) -> Self {
+    pub(super) fn fused(&self, z: f64, sigma: f64) -> Self {
         let gain = self.sigma.powi(2) / (self.sigma.powi(2) + sigma.powi(2));
         Self {
             mean: self.mean + gain * (z - self.mean),
@@ -123,12 +123,20 @@ impl PopulationPrior {
         }
     }
 
+    /// Range of one reading fused with the population's, m.
+    pub fn fused_range(&self, observation: &Observation) -> Normal {
+        self.range_m.fused(observation.z[2], observation.sigma[2])
+    }
+
     /// Range and elevation of one reading fused with the population's, azimuth as read, carried
     /// to Cartesian coordinates by the unscented transform.
     pub fn fused_position(&self, observation: &Observation) -> PositionEstimate {
+        self.position_at_range(observation, &self.fused_range(observation))
+    }
+
+    fn position_at_range(&self, observation: &Observation, range: &Normal) -> PositionEstimate {
         let (z, sigma) = (&observation.z, &observation.sigma);
         let elevation = self.elevation_rad.fused(z[0], sigma[0]);
-        let range = self.range_m.fused(z[2], sigma[2]);
         let centre = Vector3::new(elevation.mean, z[1], range.mean);
         // Six points at sqrt(3) sigma, each with weight 1/6: the spherical cubature rule.
         let reach = Vector3::new(elevation.sigma, sigma[1], range.sigma) * 3.0_f64.sqrt();
@@ -156,7 +164,12 @@ impl PopulationPrior {
 
     /// [`Self::fused_position`] with the population's velocity, corrected by the range-rate.
     pub fn belief(&self, observation: &Observation) -> Gaussian<6> {
-        let position = self.fused_position(observation);
+        self.belief_at_range(observation, &self.fused_range(observation))
+    }
+
+    /// [`Self::belief`] with this range instead of what the reading and the population say of it.
+    pub fn belief_at_range(&self, observation: &Observation, range: &Normal) -> Gaussian<6> {
+        let position = self.position_at_range(observation, range);
         let p = position.position_m;
         let (across, up) = (
             self.velocity_horizontal_sigma_mps,

@@ -20,6 +20,7 @@ use super::imm::Imm;
 use super::kalman::Kalman;
 use super::origin::Origin;
 use super::prior::PopulationPrior;
+use super::rao_blackwell::RaoBlackwell;
 use super::simplex::{Vertex, minimise};
 use super::singer::Singer;
 use crate::filter::{Filter, Start};
@@ -118,6 +119,11 @@ impl Tuning {
     /// The tuned Kalman filter with this correction: EKF, UKF or CKF.
     pub fn kalman(&self, correction: Correction) -> Kalman<Singer, 9> {
         Kalman::new(self.singer, correction, self.origin())
+    }
+
+    /// The particle filter with the tuned motion.
+    pub fn rao_blackwell(&self, seed: u64) -> RaoBlackwell {
+        RaoBlackwell::new(self.singer, self.prior, seed)
     }
 
     /// The tuned bank of five.
