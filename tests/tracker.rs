@@ -57,10 +57,7 @@ fn the_first_measurement_gives_an_estimate() {
 
 #[test]
 fn correction_moves_the_estimate_to_the_measurement_and_shrinks_the_covariance() {
-    let measured = {
-        let (position, _) = bnkf::radar::converted(&measurement(0));
-        position
-    };
+    let measured = bnkf::radar::converted(&measurement(0)).position;
     let distance = |e: &Estimate| {
         (0..3)
             .map(|i| (e.position_m[i] - measured[i]).powi(2))

@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use crate::Measurement;
 use crate::kernel::sqrt;
-use crate::radar::{predict, wrap_angle};
+use crate::radar::{Converted, predict, wrap_angle};
 
 /// Why a correction was refused; the state is unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,35 +57,37 @@ impl<const N: usize> Corrected<N> {
     }
 }
 
-/// Corrects a position with a measured position (paper Eq. 12-13, H = I).
+/// Least variance of a measured position along one axis, m^2: a millimetre.
+const AXIS_VARIANCE_MIN_M2: f32 = 1e-6;
+/// Least variance of a measured position along one axis, as a part of the position's own: below it
+/// rounding would decide the corrected variance.
+const AXIS_VARIANCE_MIN_PART: f32 = 1e-5;
+
+/// Corrects a position with a measured one (paper Eq. 12-13, H = I).
 ///
-/// `position` m, `covariance` m^2, `measured` m, `noise` m^2: see [`crate::radar::converted`].
+/// `position` m, `covariance` m^2. The errors of a converted measurement are independent along
+/// three axes, so three scalar corrections in turn equal the joint one and need no inverse, which a
+/// noisy range near zero would make ill-conditioned.
 ///
 /// # Errors
 /// [`EkfError`]; the inputs are untouched.
 pub fn correct_position(
     position: Vector3<f32>,
     covariance: Matrix3<f32>,
-    measured: Vector3<f32>,
-    noise: Matrix3<f32>,
+    measured: &Converted,
 ) -> Result<Corrected<3>, EkfError> {
-    let innovation = measured - position;
-    let innovation_covariance = covariance + noise;
-    if !innovation_covariance.iter().all(|value| value.is_finite()) {
-        return Err(EkfError::NotFinite);
+    let mut corrected = Corrected {
+        state: position,
+        covariance,
+        nis: 0.0,
+    };
+    for (axis, sigma) in measured.axes.iter().zip(measured.sigmas_m) {
+        let own = axis.dot(&(corrected.covariance * axis)) * AXIS_VARIANCE_MIN_PART;
+        let noise = (sigma * sigma).max(AXIS_VARIANCE_MIN_M2).max(own);
+        let innovation = axis.dot(&(measured.position - corrected.state));
+        correct_scalar(&mut corrected, axis, innovation, noise)?;
     }
-    let factor = innovation_covariance
-        .cholesky()
-        .ok_or(EkfError::NotPositiveDefinite)?;
-    let gain = factor.solve(&covariance).transpose();
-    let rest = Matrix3::identity() - gain;
-    let updated = rest * covariance * rest.transpose() + gain * noise * gain.transpose();
-    Corrected {
-        state: position + gain * innovation,
-        covariance: (updated + updated.transpose()) * 0.5,
-        nis: innovation.dot(&factor.solve(&innovation)),
-    }
-    .checked()
+    corrected.checked()
 }
 
 /// Corrects a state that starts with position (m) and, if `N >= 6`, velocity (m/s), with the
@@ -280,8 +282,9 @@ mod tests {
             state.fixed_rows::<3>(0).into(),
             covariance.fixed_view::<3, 3>(0, 0).into(),
         );
-        let (b, r) = crate::radar::converted(&measurement());
-        let corrected = correct_position(a, p, b, r).unwrap();
+        let measured = crate::radar::converted(&measurement());
+        let (b, r) = (measured.position, measured.covariance());
+        let corrected = correct_position(a, p, &measured).unwrap();
         let (pi, ri) = (
             p.map(f64::from).try_inverse().unwrap(),
             r.map(f64::from).try_inverse().unwrap(),
@@ -305,15 +308,38 @@ mod tests {
             correct_polar(&state, &negative, &measurement()).unwrap_err(),
             EkfError::NotPositiveDefinite
         );
-        let (z, r) = crate::radar::converted(&measurement());
-        let position: Vector3<f32> = state.fixed_rows::<3>(0).into();
+        let measured = crate::radar::converted(&measurement());
+        let (position, noise) = (measured.position, measured.covariance());
         assert_eq!(
-            correct_position(position, -r * 2.0, z, r).unwrap_err(),
+            correct_position(position, -noise * 2.0, &measured).unwrap_err(),
             EkfError::NotPositiveDefinite
         );
         assert_eq!(
-            correct_position(position * f32::NAN, r, z, r).unwrap_err(),
+            correct_position(position * f32::NAN, noise, &measured).unwrap_err(),
             EkfError::NotFinite
         );
+    }
+
+    /// A range of nearly nothing leaves no error across the line of sight.
+    #[test]
+    fn a_range_near_zero_is_corrected_with() {
+        for range_m in [0.0, 1e-3, -0.05] {
+            let sigmas = Sigmas {
+                range_m: 100.0,
+                ..SIGMAS
+            };
+            let near = Measurement {
+                range_m,
+                sigmas,
+                ..measurement()
+            };
+            for variance in [1e-4, 1.0, 1e4] {
+                let prior = Matrix3::identity() * variance;
+                let start = Vector3::new(20.0, -15.0, 12.0);
+                let corrected = correct_position(start, prior, &crate::radar::converted(&near));
+                let covariance = corrected.expect("corrected").covariance;
+                assert!(covariance.cholesky().is_some(), "{range_m} {variance}");
+            }
+        }
     }
 }

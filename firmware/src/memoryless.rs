@@ -84,8 +84,7 @@ impl<'a> Memoryless<'a> {
         let (position, covariance, nis) = match self.settings.correction {
             Correction::None => (position, covariance, 0.0),
             Correction::Converted => {
-                let (measured, noise) = converted(measurement);
-                correct_position(position, covariance, measured, noise)
+                correct_position(position, covariance, &converted(measurement))
                     .map(|c| (c.state, c.covariance, c.nis))
                     .map_err(StepError::Correction)?
             }

@@ -84,9 +84,30 @@ pub fn position(range: f32, elevation: f32, azimuth: f32) -> [f32; 3] {
     ]
 }
 
-/// The measured position and its covariance, converted from the polar sigmas to first order:
-/// `R = J diag(sigma^2) J'`. Metres and square metres.
-pub fn converted(measurement: &Measurement) -> (Vector3<f32>, Matrix3<f32>) {
+/// A measured position and how it may err.
+#[derive(Clone, Copy, Debug)]
+pub struct Converted {
+    /// Position, m.
+    pub position: Vector3<f32>,
+    /// Unit vectors along which the errors are independent: radial, upward, lateral.
+    pub axes: [Vector3<f32>; 3],
+    /// Standard deviation along each, m.
+    pub sigmas_m: [f32; 3],
+}
+
+impl Converted {
+    /// The covariance of the position, m^2: `R = J diag(sigma^2) J'`.
+    pub fn covariance(&self) -> Matrix3<f32> {
+        let mut covariance = Matrix3::zeros();
+        for (axis, sigma) in self.axes.iter().zip(self.sigmas_m) {
+            covariance += axis * axis.transpose() * (sigma * sigma);
+        }
+        covariance
+    }
+}
+
+/// The measured position with its errors converted from the polar sigmas to first order. Metres.
+pub fn converted(measurement: &Measurement) -> Converted {
     let Measurement {
         range_m,
         elevation_rad,
@@ -97,14 +118,17 @@ pub fn converted(measurement: &Measurement) -> (Vector3<f32>, Matrix3<f32>) {
     let (sin_el, cos_el) = (sinf(elevation_rad), cosf(elevation_rad));
     let (sin_az, cos_az) = (sinf(azimuth_rad), cosf(azimuth_rad));
     let radial = Vector3::new(cos_el * cos_az, cos_el * sin_az, sin_el);
-    let upward = Vector3::new(-sin_el * cos_az, -sin_el * sin_az, cos_el) * range_m;
-    let lateral = Vector3::new(-cos_el * sin_az, cos_el * cos_az, 0.0) * range_m;
-    let axes = Matrix3::from_columns(&[
-        radial * sigmas.range_m,
-        upward * sigmas.elevation_rad,
-        lateral * sigmas.azimuth_rad,
-    ]);
-    (radial * range_m, axes * axes.transpose())
+    let upward = Vector3::new(-sin_el * cos_az, -sin_el * sin_az, cos_el);
+    let lateral = Vector3::new(-sin_az, cos_az, 0.0);
+    Converted {
+        position: radial * range_m,
+        axes: [radial, upward, lateral],
+        sigmas_m: [
+            sigmas.range_m,
+            (range_m * sigmas.elevation_rad).abs(),
+            (range_m * cos_el * sigmas.azimuth_rad).abs(),
+        ],
+    }
 }
 
 #[cfg(test)]
@@ -178,7 +202,8 @@ mod tests {
             range_rate_mps: 0.0,
             sigmas,
         };
-        let (mean, covariance) = converted(&truth);
+        let converted = converted(&truth);
+        let (mean, covariance) = (converted.position, converted.covariance());
         let mut rng = seeded(5);
         let mut sum = Matrix3::<f64>::zeros();
         const DRAWS: usize = 40_000;

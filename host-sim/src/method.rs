@@ -28,6 +28,10 @@ pub enum Method {
     #[serde(rename = "BNKFe")]
     #[value(name = "bnkfe")]
     Bnkfe,
+    /// Filter whose motion model a network schedules.
+    #[serde(rename = "recursive")]
+    #[value(name = "recursive")]
+    Recursive,
     /// Extended Kalman filter with a fitted Singer model, started from the first reading.
     #[serde(rename = "EKF tuned")]
     #[value(name = "ekf-tuned")]
@@ -78,6 +82,7 @@ impl Method {
             Self::Bnn => "BNN",
             Self::Bnkf => "BNKF",
             Self::Bnkfe => "BNKFe",
+            Self::Recursive => "recursive",
             Self::EkfTuned => "EKF tuned",
             Self::UkfTuned => "UKF tuned",
             Self::CkfTuned => "CKF tuned",
@@ -100,6 +105,7 @@ impl Method {
             Self::Bnn => "Bayesian network alone, Monte Carlo mean and covariance",
             Self::Bnkf => "Bayesian network, then the paper's Kalman correction",
             Self::Bnkfe => "one Bayesian network per axis, then the correction",
+            Self::Recursive => "nine-state Kalman filter, its motion model scheduled by a network",
             Self::EkfTuned => {
                 "extended Kalman filter, Singer model fitted on the training flights, started from the first reading"
             }

@@ -1,6 +1,6 @@
 //! Which methods run, and with which models.
 
-use bnkf::blob::Blob;
+use bnkf::blob::{Blob, Kind as BlobKind};
 use bnkf::{Correction as TrackerCorrection, Settings, Tracker, TrackerError};
 use bnkf_model_export::flight::Flight;
 use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
@@ -48,7 +48,7 @@ enum Kind {
 /// What methods are made from.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Supplies<'a> {
-    /// Blobs; of several with the same number of networks the last is used.
+    /// Blobs; of several with the same kind and number of networks the last is used.
     pub models: &'a [Model],
     /// Monte Carlo passes, if not the models' own number.
     pub passes: Option<u16>,
@@ -59,11 +59,13 @@ pub struct Supplies<'a> {
 /// Why a roster cannot be made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RosterError {
-    /// No model has the number of networks that the method needs.
-    #[error("method {method}: no model with {networks} network(s) was given")]
+    /// No model has the kind and the number of networks that the method needs.
+    #[error("method {method}: no {kind:?} model with {networks} network(s) was given")]
     NoModel {
         /// The method.
         method: Method,
+        /// Kind it needs.
+        kind: BlobKind,
         /// Networks it needs.
         networks: usize,
     },
@@ -86,12 +88,16 @@ impl<'a> Roster<'a> {
     /// # Errors
     /// A method lacks its model or tuning, or the number of passes is out of range.
     pub fn new(methods: &[Method], supplies: Supplies<'a>) -> Result<Self, RosterError> {
-        let tracker = |method, networks, correction| {
+        let tracker = |method, kind, networks, correction| {
             let blobs = supplies.models.iter().rev().map(Model::blob);
             let found = blobs
                 .into_iter()
-                .find(|blob| blob.network_count() == networks);
-            let blob = found.ok_or(RosterError::NoModel { method, networks })?;
+                .find(|blob| blob.kind() == kind && blob.network_count() == networks);
+            let blob = found.ok_or(RosterError::NoModel {
+                method,
+                kind,
+                networks,
+            })?;
             let own = Settings::of(&blob);
             let passes = supplies.passes.unwrap_or(own.passes);
             let settings = Settings {
@@ -103,6 +109,9 @@ impl<'a> Roster<'a> {
                 .map_err(|cause| RosterError::Settings { method, cause })?;
             Ok(Recipe::Tracker(blob, settings))
         };
+        let memoryless = |method, networks, correction| {
+            tracker(method, BlobKind::Memoryless, networks, correction)
+        };
         let tuned = |method, kind| {
             let tunings = supplies.tunings.ok_or(RosterError::NoTuning(method))?;
             Ok(Recipe::Tuned(tunings, kind))
@@ -110,9 +119,10 @@ impl<'a> Roster<'a> {
         let recipe = |method| match method {
             Method::Ekf => Ok(Recipe::PaperEkf),
             Method::Ukf => Ok(Recipe::PaperUkf),
-            Method::Bnn => tracker(method, 1, TrackerCorrection::None),
-            Method::Bnkf => tracker(method, 1, TrackerCorrection::Converted),
-            Method::Bnkfe => tracker(method, 3, TrackerCorrection::Converted),
+            Method::Bnn => memoryless(method, 1, TrackerCorrection::None),
+            Method::Bnkf => memoryless(method, 1, TrackerCorrection::Converted),
+            Method::Bnkfe => memoryless(method, 3, TrackerCorrection::Converted),
+            Method::Recursive => tracker(method, BlobKind::Recursive, 1, TrackerCorrection::Polar),
             Method::EkfTuned => tuned(method, Kind::Kalman(Correction::Extended)),
             Method::UkfTuned => tuned(method, Kind::Kalman(Correction::SigmaPoints(Spread::UNIT))),
             Method::CkfTuned => tuned(

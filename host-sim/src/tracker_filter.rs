@@ -31,7 +31,8 @@ impl<'a> TrackerFilter<'a> {
         let corrected = self.tracker.settings().correction != Correction::None;
         let nis = Nis {
             value: f64::from(estimate.nis),
-            degrees: 3,
+            // A recursive filter measures its velocity too.
+            degrees: if estimate.motion.is_some() { 4 } else { 3 },
         };
         Ok(PositionEstimate {
             position_m: Vector3::from(estimate.position_m).map(f64::from),

@@ -40,6 +40,7 @@ pub const fn look(method: Method) -> Look {
         Method::Bnn => ("#e69f00", Marker::TriangleDown),
         Method::Bnkf => ("#d55e00", Marker::Diamond),
         Method::Bnkfe => ("#cc79a7", Marker::TriangleUp),
+        Method::Recursive => ("#111111", Marker::Circle),
         Method::EkfTuned => ("#009e73", Marker::Circle),
         Method::UkfTuned => ("#5fbf9f", Marker::Square),
         Method::CkfTuned => ("#00604a", Marker::Diamond),
