@@ -1,6 +1,9 @@
 //! The subcommands of `model-export`, one file each.
 
+pub mod blob_file;
 pub mod flight_source;
+pub mod inspect;
 pub mod train;
 pub mod train_recursive;
+pub mod verify;
 pub mod verify_recursive;

@@ -2,6 +2,7 @@
 
 pub mod architecture;
 pub mod atomic_file;
+pub mod blob_description;
 pub mod blob_writer;
 pub mod checkpoint;
 pub mod cmd;
@@ -46,4 +47,5 @@ pub mod training_data;
 pub mod training_progress;
 pub mod training_settings;
 pub mod unrounded;
+pub mod verification;
 pub mod volume;

@@ -1,6 +1,6 @@
 //! `model-export`: training and export of Bayesian networks.
 
-use bnkf_model_export::cmd::train;
+use bnkf_model_export::cmd::{inspect, train, verify};
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
@@ -18,17 +18,27 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Train(train::Args),
+    Inspect(inspect::Args),
+    Verify(verify::Args),
 }
 
 fn main() -> ExitCode {
-    let result = match Cli::parse().command {
-        Command::Train(args) => train::run(&args).map(|outcome| match outcome {
-            train::Outcome::Written => ExitCode::SUCCESS,
-            train::Outcome::Interrupted => ExitCode::from(INTERRUPTED),
-        }),
-    };
-    result.unwrap_or_else(|error| {
-        eprintln!("error: {error}");
-        ExitCode::FAILURE
-    })
+    match Cli::parse().command {
+        Command::Train(args) => match train::run(&args) {
+            Ok(train::Outcome::Written) => ExitCode::SUCCESS,
+            Ok(train::Outcome::Interrupted) => ExitCode::from(INTERRUPTED),
+            Err(error) => failure(&error),
+        },
+        Command::Inspect(args) => exit_code(inspect::run(&args)),
+        Command::Verify(args) => exit_code(verify::run(&args)),
+    }
+}
+
+fn exit_code<E: std::fmt::Display>(result: Result<(), E>) -> ExitCode {
+    result.map_or_else(|error| failure(&error), |()| ExitCode::SUCCESS)
+}
+
+fn failure(error: &dyn std::fmt::Display) -> ExitCode {
+    eprintln!("error: {error}");
+    ExitCode::FAILURE
 }

@@ -2,6 +2,7 @@
 
 use crate::blob_writer::Normalisation;
 use crate::example::Example;
+use bnkf::blob::Blob;
 
 /// The maps of a memoryless network's inputs and of the three axes.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,6 +45,21 @@ impl Normalisations {
             inputs: (0..inputs).map(input).collect(),
             output_mean_m: axes.map(|(mean, _)| mean as f32),
             output_scale_m: if scale > 0.0 { scale as f32 } else { 1.0 },
+        }
+    }
+
+    /// The maps that a blob of a memoryless estimator holds.
+    #[must_use]
+    pub fn of_blob(blob: &Blob<'_>) -> Self {
+        let (inputs, outputs) = (blob.input_normalisation(), blob.output_normalisation());
+        let input = |i: usize| Normalisation {
+            mean: inputs.get(2 * i),
+            scale: 1.0 / inputs.get(2 * i + 1),
+        };
+        Self {
+            inputs: (0..blob.features().len()).map(input).collect(),
+            output_mean_m: [0, 1, 2].map(|axis| outputs.get(2 * axis)),
+            output_scale_m: outputs.get(1),
         }
     }
 

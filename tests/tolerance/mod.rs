@@ -34,3 +34,19 @@ pub const QUANTISED_MEAN_SIGMAS: f64 = 3e-3;
 /// by the condition of the covariance (1e4 at low noise) and fed back through the network's
 /// features. Measured 2e-4 and 4e-5.
 pub const RECURSIVE_TWIN: f64 = 1e-3;
+
+/// Naive f64 network and closed-form divergence against float64 PyTorch, relative to the largest
+/// value: the same arithmetic in another order, and two implementations of `erfc`.
+pub const TRAINING_F64: f64 = 1e-12;
+
+/// Training kernels in f32 against float64 PyTorch, relative to the largest value: rounding of
+/// 6e-8 an operation over three layers of sums, and 3e-7 of the normal distribution function.
+pub const TRAINING_F32: f64 = 2e-6;
+
+/// Central differences of the f64 network against PyTorch's automatic differentiation, relative to
+/// the largest entry: steps of 1e-5 and 1e-6 leave 1e-9 of truncation and cancellation each.
+pub const TRAINING_SLOPE: f64 = 1e-7;
+
+/// Weights after ten steps of Adam at a rate of 0.01 against PyTorch, absolute. A step divides the
+/// gradient by its own size, so an entry near zero keeps an error of its f32 rounding over itself.
+pub const ADAM_STEPS: f64 = 2e-4;

@@ -42,7 +42,7 @@ pub enum FlightSourceError {
     #[error("--builtin: {0}")]
     Generator(#[from] GeneratorError),
     /// Neither a folder nor a number of built-in flights.
-    #[error("neither --flights nor --builtin was given")]
+    #[error("name the flights: --flights PATH or --builtin N")]
     Nothing,
 }
 
@@ -78,17 +78,38 @@ impl FlightSource {
                 flights: set.segments,
             });
         }
-        let settings = GeneratorSettings {
-            flights: self.builtin.ok_or(FlightSourceError::Nothing)?,
-            seed: self.builtin_seed,
-            ..GeneratorSettings::default()
-        };
-        Ok(NamedFlights {
-            source: format!(
-                "{} built-in flights, seed {}",
-                settings.flights, settings.seed
-            ),
-            flights: generate(&settings)?,
-        })
+        builtin(
+            self.builtin.ok_or(FlightSourceError::Nothing)?,
+            self.builtin_seed,
+        )
     }
+
+    /// As [`FlightSource::load`], with `count` built-in flights of seed `builtin_seed` where the
+    /// command names none.
+    ///
+    /// # Errors
+    /// See [`FlightSourceError`].
+    pub fn load_or_builtin(
+        &self,
+        count: usize,
+        builtin_seed: u64,
+        seed: u64,
+    ) -> Result<NamedFlights, FlightSourceError> {
+        match (&self.flights, self.builtin) {
+            (None, None) => builtin(count, builtin_seed),
+            _ => self.load(seed),
+        }
+    }
+}
+
+fn builtin(flights: usize, seed: u64) -> Result<NamedFlights, FlightSourceError> {
+    let settings = GeneratorSettings {
+        flights,
+        seed,
+        ..GeneratorSettings::default()
+    };
+    Ok(NamedFlights {
+        source: format!("{flights} built-in flights, seed {seed}"),
+        flights: generate(&settings)?,
+    })
 }
