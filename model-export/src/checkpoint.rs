@@ -47,6 +47,7 @@ struct Header {
     settings: serde_json::Value,
     flights_sha256: String,
     epoch: u32,
+    grid_start: Option<u32>,
     chunk: u32,
     batch: u32,
     rows: u64,
@@ -55,23 +56,31 @@ struct Header {
     stale: u32,
     /// Per network: held-out loss and epoch of the best weights.
     best: Vec<Option<(f64, u32)>>,
+    /// The same of the best weights before they were put on the grid.
+    unrounded: Vec<Option<(f64, u32)>>,
 }
 
 /// The bytes of a checkpoint.
 #[must_use]
 pub fn to_bytes(settings: &TrainingSettings, flights_sha256: &str, state: &State) -> Vec<u8> {
-    let best = |member: &Member| member.best.as_ref().map(|best| (best.loss, best.epoch));
+    let brief = |best: &Option<Best>| best.as_ref().map(|best| (best.loss, best.epoch));
+    let members = &state.members;
     let header = Header {
         settings: serde_json::json!(settings),
         flights_sha256: flights_sha256.to_owned(),
         epoch: state.epoch,
+        grid_start: state.grid_start,
         chunk: state.chunk,
         batch: state.batch,
         rows: state.rows,
         loss: state.loss,
         steps: state.steps,
         stale: state.stale,
-        best: state.members.iter().map(best).collect(),
+        best: members.iter().map(|member| brief(&member.best)).collect(),
+        unrounded: members
+            .iter()
+            .map(|member| brief(&member.unrounded))
+            .collect(),
     };
     let numbers = state.members.iter().flat_map(lists).flatten().copied();
     sealed::seal(MAGIC, &serde_json::json!(header).to_string(), numbers)
@@ -88,7 +97,7 @@ fn lists(member: &Member) -> Vec<&Vec<f32>> {
         &moments.log_sigma_first,
         &moments.log_sigma_second,
     ];
-    if let Some(best) = &member.best {
+    for best in [&member.best, &member.unrounded].into_iter().flatten() {
         lists.extend([&best.weights.means, &best.weights.log_sigmas]);
     }
     lists
@@ -114,12 +123,14 @@ pub fn parse(
         });
     }
     let mut state = State::start(settings)?;
-    if header.best.len() != state.members.len() {
+    let networks = state.members.len();
+    if header.best.len() != networks || header.unrounded.len() != networks {
         return Err(OtherVersion);
     }
     let parameters = state.members[0].weights.architecture.parameters();
     let mut lists = numbers.chunks(parameters).map(<[f32]>::to_vec);
-    for (member, best) in state.members.iter_mut().zip(header.best) {
+    let briefs = header.best.into_iter().zip(header.unrounded);
+    for (member, (best, unrounded)) in state.members.iter_mut().zip(briefs) {
         let mut list = || {
             lists
                 .next()
@@ -135,24 +146,32 @@ pub fn parse(
             log_sigma_first: list()?,
             log_sigma_second: list()?,
         };
-        if let Some((loss, epoch)) = best {
+        let mut read = |brief: Option<(f64, u32)>| -> Result<Option<Best>, CheckpointError> {
+            let Some((loss, epoch)) = brief else {
+                return Ok(None);
+            };
+            let architecture = architecture.clone();
             let weights = GaussianWeights {
                 architecture,
                 means: list()?,
                 log_sigmas: list()?,
             };
-            member.best = Some(Best {
+            Ok(Some(Best {
                 weights,
                 loss,
                 epoch,
-            });
-        }
+            }))
+        };
+        member.best = read(best)?;
+        member.unrounded = read(unrounded)?;
+        member.restore_grid();
     }
     if lists.next().is_some() {
         return Err(OtherVersion);
     }
     let Header {
         epoch,
+        grid_start,
         chunk,
         batch,
         rows,
@@ -163,6 +182,7 @@ pub fn parse(
     } = header;
     Ok(State {
         epoch,
+        grid_start,
         chunk,
         batch,
         rows,
@@ -204,7 +224,8 @@ mod tests {
         TrainingSettings {
             ensemble,
             hidden: vec![8, 8],
-            epochs: 3,
+            epochs: 2,
+            grid_epochs: 2,
             batch: 64,
             ..TrainingSettings::default()
         }
@@ -266,6 +287,7 @@ mod tests {
     fn training_lowers_the_held_out_loss() {
         let settings = TrainingSettings {
             epochs: 10,
+            grid_epochs: 0,
             rate: 0.02,
             ..settings(false)
         };

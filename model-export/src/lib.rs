@@ -18,6 +18,7 @@ pub mod gaps;
 pub mod gaussian_weights;
 pub mod generator;
 pub mod gradient;
+pub mod grid;
 pub mod held_out;
 pub mod interrupt;
 pub mod kernel;

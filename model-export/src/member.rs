@@ -2,7 +2,9 @@
 
 use crate::gaussian_weights::GaussianWeights;
 use crate::gradient::Gradient;
+use crate::grid::Grid;
 use crate::kernel::{self, AdamStep, Tier, adam};
+use std::borrow::Cow;
 
 /// Adam's running moments of the gradients, in the flat order of the weights.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,8 +39,11 @@ pub struct Member {
     pub weights: GaussianWeights,
     /// Adam's moments.
     pub moments: AdamMoments,
-    /// Best weights so far.
+    /// Best weights so far; on the grid once there is one.
     pub best: Option<Best>,
+    /// Best weights before the means were put on the grid, once they are.
+    pub unrounded: Option<Best>,
+    grid: Option<Grid>,
 }
 
 impl Member {
@@ -57,10 +62,42 @@ impl Member {
             weights,
             moments,
             best: None,
+            unrounded: None,
+            grid: None,
         }
     }
 
-    /// Moves the weights down `gradient`, which was computed at them.
+    /// Continues from the best weights so far with their means on the int8 grid.
+    pub fn start_grid(&mut self) {
+        if let Some(best) = self.best.take() {
+            let start = Self::new(self.first_target, best.weights.clone());
+            *self = Self {
+                unrounded: Some(best),
+                ..start
+            };
+            self.restore_grid();
+        }
+    }
+
+    /// Makes the grid again after `unrounded` was read back.
+    pub fn restore_grid(&mut self) {
+        self.grid = self.unrounded.as_ref().map(|best| Grid::of(&best.weights));
+    }
+
+    /// The weights that loss and gradient are computed at.
+    #[must_use]
+    pub fn effective(&self) -> Cow<'_, GaussianWeights> {
+        match &self.grid {
+            None => Cow::Borrowed(&self.weights),
+            Some(grid) => {
+                let mut weights = self.weights.clone();
+                grid.round(&mut weights);
+                Cow::Owned(weights)
+            }
+        }
+    }
+
+    /// Moves the weights down `gradient`, which was computed at [`Member::effective`].
     pub fn step(&mut self, tier: Tier, step: AdamStep, gradient: &Gradient) {
         let posterior = kernel::Posterior {
             means: &mut self.weights.means,
@@ -87,7 +124,7 @@ impl Member {
         let better = self.best.as_ref().is_none_or(|best| loss < best.loss);
         if better {
             self.best = Some(Best {
-                weights: self.weights.clone(),
+                weights: self.effective().into_owned(),
                 loss,
                 epoch,
             });

@@ -26,6 +26,8 @@ pub struct Provenance {
     pub epochs: u32,
     /// Per network: epoch and held-out loss of the exported weights.
     pub best: Vec<(u32, f64)>,
+    /// The same of the best weights before their means were put on the int8 grid.
+    pub best_unrounded: Vec<(u32, f64)>,
     /// SHA-256 of the blob.
     pub blob_sha256: String,
     /// Length of the blob, bytes.

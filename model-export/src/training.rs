@@ -22,6 +22,8 @@ const EPSILON: f32 = 1e-8;
 pub struct State {
     /// Epochs that are complete.
     pub epoch: u32,
+    /// Epochs that were complete when the means were put on the grid, once they are.
+    pub grid_start: Option<u32>,
     /// Chunks of the current epoch that are done.
     pub chunk: u32,
     /// Minibatches of the current chunk that are done.
@@ -122,6 +124,7 @@ impl State {
         });
         Ok(Self {
             epoch: 0,
+            grid_start: None,
             chunk: 0,
             batch: 0,
             rows: 0,
@@ -164,15 +167,18 @@ impl<'a> Training<'a> {
         &mut self,
         mut observe: impl FnMut(&State, Event) -> Control,
     ) -> Result<End, DivergedError> {
-        while self.state.epoch < self.settings.epochs {
-            if self.state.stale >= self.settings.patience {
-                return Ok(End::Stale);
-            }
-            if self.epoch(&mut observe)? == Control::Stop {
-                return Ok(End::Interrupted);
+        loop {
+            let stale = self.state.stale >= self.settings.patience;
+            if self.state.epoch < self.last_epoch() && !stale {
+                if self.epoch(&mut observe)? == Control::Stop {
+                    return Ok(End::Interrupted);
+                }
+            } else if self.state.grid_start.is_none() && self.settings.grid_epochs > 0 {
+                self.start_grid();
+            } else {
+                return Ok(if stale { End::Stale } else { End::Complete });
             }
         }
-        Ok(End::Complete)
     }
 
     fn epoch(
@@ -215,6 +221,24 @@ impl<'a> Training<'a> {
         Ok(observe(&self.state, Event::Epoch(report)))
     }
 
+    /// Epochs that will be complete when the current part of the run is.
+    fn last_epoch(&self) -> u32 {
+        match self.state.grid_start {
+            None => self.settings.epochs,
+            Some(start) => start + self.settings.grid_epochs,
+        }
+    }
+
+    fn start_grid(&mut self) {
+        let state = &mut self.state;
+        state.grid_start = Some(state.epoch);
+        // Adam starts anew too.
+        (state.steps, state.stale) = (0, 0);
+        for member in &mut state.members {
+            member.start_grid();
+        }
+    }
+
     fn order(&self, rows: &Rows) -> Vec<u32> {
         let mut order: Vec<u32> = (0..rows.len() as u32).collect();
         let ids = [
@@ -230,8 +254,16 @@ impl<'a> Training<'a> {
     fn batch(&mut self, rows: &Rows, order: &[u32], part: f64) {
         let state = &mut self.state;
         state.steps += 1;
-        let progress = (f64::from(state.epoch) + part) / f64::from(self.settings.epochs);
-        let step = adam_step(self.settings, self.data.positions, state.steps, progress);
+        let (rate, start, epochs) = match state.grid_start {
+            None => (self.settings.rate, 0, self.settings.epochs),
+            Some(start) => (self.settings.grid_rate, start, self.settings.grid_epochs),
+        };
+        let progress = (f64::from(state.epoch - start) + part) / f64::from(epochs);
+        let step = AdamStep {
+            kl_weight: kl_weight(self.settings, self.data.positions) as f32,
+            prior_precision: self.settings.prior_sigma.powi(-2) as f32,
+            ..adam_step(rate, state.steps, progress)
+        };
         let members = state
             .members
             .iter_mut()
@@ -252,7 +284,7 @@ impl<'a> Training<'a> {
                 first_target: member.first_target,
                 noise_seed,
             };
-            gradient.load(self.tier, &member.weights);
+            gradient.load(self.tier, &member.effective());
             state.loss += gradient.loss_and_gradient(batch);
             member.step(self.tier, step, gradient);
         }
@@ -274,7 +306,7 @@ impl<'a> Training<'a> {
                 first_target: member.first_target,
                 noise_seed: Some(noise_seed),
             };
-            gradient.load(self.tier, &member.weights);
+            gradient.load(self.tier, &member.effective());
             let loss = gradient.loss(batch) / rows.len() as f64;
             better |= member.note(loss, state.epoch);
             validation_loss += loss;
@@ -302,18 +334,18 @@ fn kl_weight(settings: &TrainingSettings, positions: usize) -> f64 {
     }
 }
 
-/// Adam's constants at step `steps`, from 1, with `progress` of the run done.
-fn adam_step(settings: &TrainingSettings, positions: usize, steps: u64, progress: f64) -> AdamStep {
+/// Adam's constants at step `steps`, from 1, with `progress` of the steps done; no divergence.
+fn adam_step(rate: f64, steps: u64, progress: f64) -> AdamStep {
     let correction = |beta: f64| 1.0 / (1.0 - libm::pow(beta, steps as f64));
     let cosine = 0.5 * (1.0 + libm::cos(std::f64::consts::PI * progress));
     AdamStep {
-        rate: (settings.rate * cosine) as f32,
+        rate: (rate * cosine) as f32,
         beta1: BETA1 as f32,
         beta2: BETA2 as f32,
         epsilon: EPSILON,
         correction1: correction(BETA1) as f32,
         correction2: correction(BETA2) as f32,
-        kl_weight: kl_weight(settings, positions) as f32,
-        prior_precision: settings.prior_sigma.powi(-2) as f32,
+        kl_weight: 0.0,
+        prior_precision: 0.0,
     }
 }

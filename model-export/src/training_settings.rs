@@ -79,6 +79,10 @@ pub struct TrainingSettings {
     pub batch: usize,
     /// Learning rate at the start; it falls to zero along half a cosine.
     pub rate: f64,
+    /// Epochs after these with the weight means on the int8 grid (see [`crate::grid`]).
+    pub grid_epochs: u32,
+    /// Learning rate at their start.
+    pub grid_rate: f64,
     /// Part of the recordings that is held out.
     pub held_out: f64,
     /// Seed of everything random.
@@ -122,6 +126,8 @@ impl Default for TrainingSettings {
             patience: 30,
             batch: 512,
             rate: 2e-3,
+            grid_epochs: 10,
+            grid_rate: 2e-4,
             held_out: 0.1,
             seed: 1,
         }
@@ -160,6 +166,7 @@ impl TrainingSettings {
             ("patience", f64::from(self.patience), 0.0, 1e6),
             ("batch", self.batch as f64, 0.0, 1e6),
             ("rate", self.rate, 0.0, 1.0),
+            ("grid-rate", self.grid_rate, 0.0, 1.0),
             ("held-out", self.held_out, 0.0, 0.9),
         ] {
             if !(value > above && value <= most) {

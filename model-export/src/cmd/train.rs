@@ -93,6 +93,12 @@ pub struct Args {
     /// Learning rate at the start
     #[arg(long, value_name = "RATE", default_value_t = TrainingSettings::default().rate)]
     rate: f64,
+    /// Epochs after these with the weight means on the int8 grid; 0 rounds at the end only
+    #[arg(long, value_name = "N", default_value_t = TrainingSettings::default().grid_epochs)]
+    grid_epochs: u32,
+    /// Learning rate at their start
+    #[arg(long, value_name = "RATE", default_value_t = TrainingSettings::default().grid_rate)]
+    grid_rate: f64,
     /// Part of the recordings that is held out
     #[arg(long, value_name = "PART", default_value_t = TrainingSettings::default().held_out)]
     held_out: f64,
@@ -219,6 +225,8 @@ impl Args {
             patience: self.patience,
             batch: self.batch,
             rate: self.rate,
+            grid_epochs: self.grid_epochs,
+            grid_rate: self.grid_rate,
             held_out: self.held_out,
             seed: self.seed,
         };
@@ -321,7 +329,7 @@ fn train(
     let path = args.checkpoint_path();
     let state = start(args, settings, &data, &path)?;
 
-    let mut progress = TrainingProgress::new(settings.epochs, state.epoch);
+    let mut progress = TrainingProgress::new(settings.epochs + settings.grid_epochs, state.epoch);
     let mut saved = Instant::now();
     let mut failed = None;
     let mut training = Training::new(settings, &data, Tier::detect(), state);
@@ -410,6 +418,10 @@ fn write(
         .members
         .iter()
         .filter_map(|member| member.best.as_ref());
+    let unrounded = state
+        .members
+        .iter()
+        .filter_map(|member| member.unrounded.as_ref());
     let model = MemorylessModel {
         layout: settings.features.layout(),
         normalisation: data.normalisation.clone(),
@@ -428,6 +440,7 @@ fn write(
         settings: settings.clone(),
         epochs: state.epoch,
         best: best.map(|best| (best.epoch, best.loss)).collect(),
+        best_unrounded: unrounded.map(|best| (best.epoch, best.loss)).collect(),
         blob_sha256: data_hash::of_bytes(&blob),
         blob_bytes: blob.len(),
         quantisation: model
