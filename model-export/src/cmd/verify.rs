@@ -2,6 +2,7 @@
 
 use super::blob_file::{self, BlobFileError};
 use super::flight_source::{FlightSource, FlightSourceError};
+use super::verify_recursive::{self, RecursiveArgs, VerifyRecursiveError};
 use crate::example::{Condition, ExampleSettings, examples};
 use crate::flight::Flight;
 use crate::noise::{NoiseLevel, NoiseTable};
@@ -28,6 +29,8 @@ pub struct Args {
     /// The blob; MODEL.f32 must lie beside it
     model: PathBuf,
     #[command(flatten)]
+    recursive: RecursiveArgs,
+    #[command(flatten)]
     source: FlightSource,
     /// How the angle figures of the noise levels are read: radians, or degrees as printed
     #[arg(long, value_enum, default_value_t = NoiseTable::Radians)]
@@ -49,9 +52,15 @@ pub enum VerifyError {
     /// The file is not a usable blob.
     #[error(transparent)]
     File(#[from] BlobFileError),
-    /// Only memoryless blobs come with unrounded weights in this form.
-    #[error("{}: not a memoryless model", .0.display())]
-    Kind(PathBuf),
+    /// A recursive blob is not verified.
+    #[error("{}: {cause}", path.display())]
+    Recursive {
+        /// The blob.
+        path: PathBuf,
+        /// Why.
+        #[source]
+        cause: VerifyRecursiveError,
+    },
     /// The unrounded weights cannot be read.
     #[error("{}: cannot read: {cause}", path.display())]
     Read {
@@ -91,15 +100,20 @@ pub fn run(args: &Args) -> Result<(), VerifyError> {
         path: args.model.clone(),
         cause,
     })?;
-    if blob.kind() != Kind::Memoryless {
-        return Err(VerifyError::Kind(args.model.clone()));
-    }
     let path = unrounded::path_beside(&args.model);
     let weights = match std::fs::read(&path) {
         Ok(weights) => unrounded::parse(&weights, &bytes),
         Err(cause) => return Err(VerifyError::Read { path, cause }),
     };
     let networks = weights.map_err(|cause| VerifyError::Unrounded { path, cause })?;
+    if let (Kind::Recursive, [weights]) = (blob.kind(), &networks[..]) {
+        let verified =
+            verify_recursive::verify(blob, weights, &args.source, &args.recursive, args.seed);
+        return verified.map_err(|cause| VerifyError::Recursive {
+            path: args.model.clone(),
+            cause,
+        });
+    }
     let flights = args
         .source
         .load_or_builtin(BUILTIN_FLIGHTS, BUILTIN_SEED, args.seed)?;
