@@ -3,6 +3,9 @@
 //! These tests need a compiler for the target and QEMU. Without them they fail and say so:
 //! `tests/setup.sh` installs both.
 
+#[path = "untrained/recursive.rs"]
+mod untrained;
+
 use std::path::Path;
 use std::time::Duration;
 
@@ -94,6 +97,22 @@ fn every_estimate_of_bnkf_is_identical() {
 fn every_estimate_of_bnkfe_is_identical() {
     let image = image(BNKFE);
     assert_identical(&run(&image, BNKFE, Correction::Converted, &flight()));
+}
+
+#[test]
+fn every_estimate_of_the_recursive_tracker_is_identical() {
+    let bytes = untrained::recursive_blob(48);
+    let image = image(&bytes);
+    let blob = Blob::parse(&bytes).unwrap();
+    for passes in [1, 16] {
+        let settings = Settings {
+            passes,
+            ..Settings::of(&blob)
+        };
+        let comparison = compare(&mut boot(&image), blob, settings, &flight()).unwrap();
+        assert_identical(&comparison);
+        assert_eq!(comparison.refused, 0);
+    }
 }
 
 #[test]

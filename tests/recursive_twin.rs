@@ -2,83 +2,24 @@
 //! was trained with, over whole flights with gaps.
 
 mod tolerance;
+#[path = "untrained/recursive.rs"]
+mod untrained;
 
-use bnkf::blob::{Blob, FeatureLayout, Kind};
+use bnkf::blob::Blob;
 use bnkf::network::Network;
 use bnkf::{Estimate, Measurement, Mode, Settings, Tracker};
-use bnkf_model_export::architecture::Architecture;
-use bnkf_model_export::blob_writer::{BlobContents, Normalisation, write_blob};
 use bnkf_model_export::flight::Flight;
 use bnkf_model_export::gaps::SamplingRate;
-use bnkf_model_export::gaussian_weights::GaussianWeights;
 use bnkf_model_export::generator::{GeneratorSettings, generate};
 use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
-use bnkf_model_export::quantise::quantise;
 use bnkf_model_export::radar_sampling::{RadarSettings, sample_radar, time_us};
-use bnkf_model_export::random_source::RandomSource;
 use bnkf_model_export::recursive::carry::Carry;
-use bnkf_model_export::recursive::features::{self, FEATURES, features};
+use bnkf_model_export::recursive::features::{self, features};
 use bnkf_model_export::recursive::schedule::{Base, OUTPUTS};
-use bnkf_model_export::recursive::start::{Population, start};
+use bnkf_model_export::recursive::start::start;
 use bnkf_model_export::recursive::step::{Arrival, advance};
 use tolerance::RECURSIVE_TWIN;
-
-const POPULATION: Population = Population {
-    range_m: 33.5,
-    range_sigma_m: 6.0,
-    elevation_rad: 0.5,
-    elevation_sigma_rad: 0.21,
-    horizontal_sigma_mps: 1.6,
-    vertical_sigma_mps: 0.5,
-    acceleration_sigma_mps2: 2.0,
-};
-
-/// A network of random weights: every output moves, none means anything.
-fn blob() -> Vec<u8> {
-    let architecture = Architecture::new(vec![FEATURES, 24, OUTPUTS]).expect("small");
-    let mut random = RandomSource::new(11, &[]);
-    let p = POPULATION;
-    let base = Base::DRONE;
-    let parameters = [
-        p.range_m,
-        p.range_sigma_m,
-        p.elevation_rad,
-        p.elevation_sigma_rad,
-        p.horizontal_sigma_mps,
-        p.vertical_sigma_mps,
-        p.acceleration_sigma_mps2,
-        base.decay_hz,
-        base.jerk_noise,
-        base.acceleration_noise,
-        base.velocity_noise,
-    ];
-    let contents = BlobContents {
-        kind: Kind::Recursive,
-        features: FeatureLayout::Recursive64,
-        passes: 1,
-        parameters: parameters.map(|x| x as f32).to_vec(),
-        inputs: vec![
-            Normalisation {
-                mean: 0.0,
-                scale: 4.0
-            };
-            FEATURES
-        ],
-        outputs: vec![
-            Normalisation {
-                mean: 0.0,
-                scale: 1.0
-            };
-            OUTPUTS
-        ],
-        networks: vec![quantise(&GaussianWeights::random(
-            &architecture,
-            0.01,
-            &mut random,
-        ))],
-    };
-    write_blob(&contents).expect("valid blob")
-}
+use untrained::{POPULATION, recursive_blob};
 
 struct Twin<'a> {
     network: Network<'a>,
@@ -131,7 +72,7 @@ fn flights() -> Vec<Flight> {
 
 #[test]
 fn single_precision_follows_the_double_precision_twin() {
-    let bytes = blob();
+    let bytes = recursive_blob(24);
     let blob = Blob::parse(&bytes).expect("valid blob");
     let (mut worst_shift, mut worst_variance, mut coasted) = (0.0_f64, 0.0_f64, 0);
     for flight in flights() {

@@ -22,6 +22,9 @@ use cortex_m_rt::entry;
 use board::Board;
 use session::{Session, TrackerSlot};
 
+/// Polls of a silent line, minutes of them, after which an emulator's image takes its host for gone.
+const IDLE_POLLS_MAX: u32 = 1 << 25;
+
 #[entry]
 fn main() -> ! {
     let mut board = Board::start();
@@ -32,11 +35,17 @@ fn main() -> ! {
     let mut session = Session::new(tracker);
     send(&mut board, &session.greeting());
     let mut reader = FrameReader::new();
+    let mut idle_polls = 0u32;
     loop {
         board.feed_watchdog();
         let Some(byte) = board.read_byte() else {
+            idle_polls = idle_polls.saturating_add(1);
+            if idle_polls == IDLE_POLLS_MAX {
+                fault::line_is_idle();
+            }
             continue;
         };
+        idle_polls = 0;
         let reply = match reader.push(byte) {
             None => continue,
             Some(Ok(request)) => session.answer(&request, &board),

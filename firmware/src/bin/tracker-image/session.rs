@@ -59,6 +59,7 @@ impl Session {
     }
 
     /// Carries one request out.
+    #[inline(never)]
     pub fn answer(&mut self, request: &Request, board: &Board) -> Reply {
         match request {
             Request::Hello => self.greeting(),
