@@ -12,8 +12,9 @@ use cortex_m_rt::STACK_PAINT_VALUE;
 
 const CLOCK_HZ: u32 = 16_000_000;
 const BAUD: u32 = 115_200;
-/// Longer than any step; counted by the watchdog's own 32 kHz oscillator.
-const WATCHDOG_S: u32 = 16;
+/// Counted by the watchdog's own 32 kHz oscillator; 32 is the most it can do. A step of 100 passes
+/// takes about a second at this clock; a board asked for thousands of passes a step will be reset.
+const WATCHDOG_S: u32 = 32;
 
 /// Register addresses from ST's RM0090, chapters 3, 7, 8, 18, 21 and 30.
 mod register {

@@ -4,6 +4,16 @@
 //! announces itself with `Ready` (or `Refused(Blob)`) when it has booted. Nothing is allocated, no
 //! interrupt is enabled, and the port is only polled while the tracker rests: what a step costs
 //! does not depend on what the line carries.
+//!
+//! `host-sim image` builds and runs it. By hand, with the blob of `BNKF_BLOB` (default:
+//! `models/bnkf.bnkf`) and the memory map in `memory.x`:
+//!
+//! ```text
+//! cargo build -p bnkf --bin tracker-image --features image --profile image --target thumbv7em-none-eabihf
+//! ```
+//!
+//! `image` logs and exits through semihosting, for QEMU or a debugger; `image-board` logs through
+//! RTT and resets after a fault. What was proven, was proven in QEMU: no board has run it yet.
 #![no_std]
 #![no_main]
 
