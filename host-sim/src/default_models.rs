@@ -2,9 +2,13 @@
 
 use crate::model::{Model, ModelError};
 
-const EMBEDDED: [(&str, &[u8]); 2] = [
+const EMBEDDED: [(&str, &[u8]); 3] = [
     ("bnkf.bnkf", include_bytes!("../../models/bnkf.bnkf")),
     ("bnkfe.bnkf", include_bytes!("../../models/bnkfe.bnkf")),
+    (
+        "recursive.bnkf",
+        include_bytes!("../../models/recursive.bnkf"),
+    ),
 ];
 
 /// The built-in models.
@@ -26,6 +30,6 @@ mod tests {
     fn every_built_in_model_parses() {
         let models = load().expect("checked blobs");
         let networks: Vec<usize> = models.iter().map(|m| m.blob().network_count()).collect();
-        assert_eq!(networks, [1, 3]);
+        assert_eq!(networks, [1, 3, 1]);
     }
 }
