@@ -218,7 +218,7 @@ mod tests {
     use bnkf_model_export::gaps::SamplingRate;
     use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
 
-    use super::{Roster, RosterError, Supplies};
+    use super::{BlobKind, Roster, RosterError, Supplies};
     use crate::method::Method;
     use crate::radar::Condition;
 
@@ -229,6 +229,7 @@ mod tests {
             error,
             RosterError::NoModel {
                 method: Method::Bnn,
+                kind: BlobKind::Memoryless,
                 networks: 1
             }
         );
