@@ -1,0 +1,263 @@
+//! The program as its users run it: train, interrupt, resume, inspect, verify, and what it says of
+//! wrong inputs.
+
+use std::io::{BufRead as _, BufReader};
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+/// A run of a second or two.
+const SMALL: [&str; 11] = [
+    "train",
+    "--builtin",
+    "4",
+    "--hidden",
+    "8,8",
+    "--epochs",
+    "30",
+    "--grid-epochs",
+    "10",
+    "--batch",
+    "64",
+];
+
+fn model_export(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_model-export"));
+    command
+        .current_dir(folder)
+        .args(arguments)
+        .stdin(Stdio::null());
+    command
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    model_export(folder, arguments)
+        .output()
+        .expect("the program starts")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn small(out: &str, more: &[&'static str]) -> Vec<String> {
+    let out = ["--out", out];
+    let words = SMALL.iter().chain(&out).chain(more);
+    words.map(|word| (*word).to_owned()).collect()
+}
+
+fn train(folder: &Path, out: &str, more: &[&'static str]) -> Output {
+    let arguments = small(out, more);
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    run(folder, &arguments)
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_continues_to_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let whole = train(folder, "whole.bnkf", &["--threads", "2"]);
+    assert!(whole.status.success(), "{}", text(&whole.stderr));
+
+    let arguments = small("part.bnkf", &["--threads", "1"]);
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let mut child = model_export(folder, &arguments)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let stderr = BufReader::new(child.stderr.take().unwrap());
+    let mut lines = stderr.lines().map(|line| line.unwrap());
+    assert!(lines.any(|line| line.starts_with("epoch 1/40: ")));
+    let pid = child.id().to_string();
+    assert!(
+        Command::new("kill")
+            .args(["-INT", &pid])
+            .status()
+            .unwrap()
+            .success()
+    );
+    let rest: Vec<String> = lines.collect();
+    assert_eq!(child.wait().unwrap().code(), Some(130), "{rest:?}");
+    assert!(
+        rest.iter()
+            .any(|line| line.contains("continue with --resume")),
+        "{rest:?}"
+    );
+    assert!(folder.join("part.bnkf.checkpoint").exists());
+    assert!(!folder.join("part.bnkf").exists());
+
+    let anew = train(folder, "part.bnkf", &[]);
+    assert_eq!(anew.status.code(), Some(1));
+    assert!(text(&anew.stderr).contains("an interrupted run lies here"));
+    let other = train(folder, "part.bnkf", &["--resume", "--seed", "2"]);
+    assert_eq!(other.status.code(), Some(1));
+    assert!(
+        text(&other.stderr).contains("seed = 1, this run has 2"),
+        "{}",
+        text(&other.stderr)
+    );
+
+    let resumed = train(folder, "part.bnkf", &["--resume"]);
+    assert!(resumed.status.success(), "{}", text(&resumed.stderr));
+    for ending in ["", ".f32"] {
+        let read = |name: &str| std::fs::read(folder.join(format!("{name}.bnkf{ending}"))).unwrap();
+        assert!(read("whole") == read("part"), "{ending}");
+    }
+    assert!(!folder.join("part.bnkf.checkpoint").exists());
+}
+
+#[test]
+fn a_trained_model_can_be_inspected_and_verified() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for (out, more) in [("one.bnkf", None), ("three.bnkf", Some("--ensemble"))] {
+        let more: Vec<&'static str> = more.into_iter().collect();
+        let trained = train(folder, out, &more);
+        assert!(trained.status.success(), "{}", text(&trained.stderr));
+        assert!(text(&trained.stdout).contains("SHA-256"));
+        let inspected = run(folder, &["inspect", out]);
+        assert!(inspected.status.success());
+        assert!(text(&inspected.stdout).contains("polar-13 (13 inputs)"));
+        let verified = run(folder, &["verify", out, "--rows", "20", "--passes", "400"]);
+        assert!(verified.status.success(), "{}", text(&verified.stderr));
+        assert!(text(&verified.stdout).contains("sigma ratio"));
+    }
+
+    // Weights that belong to another blob, and a blob with one bit changed.
+    std::fs::copy(folder.join("three.bnkf.f32"), folder.join("one.bnkf.f32")).unwrap();
+    let swapped = run(folder, &["verify", "one.bnkf"]);
+    assert_eq!(swapped.status.code(), Some(1));
+    assert_eq!(
+        text(&swapped.stderr),
+        "error: one.bnkf.f32: belongs to another blob\n"
+    );
+    let mut bytes = std::fs::read(folder.join("one.bnkf")).unwrap();
+    bytes[500] ^= 1;
+    std::fs::write(folder.join("one.bnkf"), bytes).unwrap();
+    for command in ["inspect", "verify"] {
+        let damaged = run(folder, &[command, "one.bnkf"]);
+        assert_eq!(damaged.status.code(), Some(1));
+        assert!(text(&damaged.stderr).starts_with("error: one.bnkf: "));
+    }
+}
+
+#[test]
+fn rounding_without_grid_epochs_is_found_too_coarse() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let arguments = "train --builtin 4 --hidden 8,8 --epochs 30 --batch 64 --grid-epochs 0 --initial-sigma 0.001 --out m.bnkf";
+    let arguments: Vec<&str> = arguments.split(' ').collect();
+    let trained = run(folder, &arguments);
+    assert!(trained.status.success(), "{}", text(&trained.stderr));
+    let verified = run(
+        folder,
+        &["verify", "m.bnkf", "--rows", "20", "--passes", "400"],
+    );
+    assert_eq!(
+        verified.status.code(),
+        Some(1),
+        "{}",
+        text(&verified.stdout)
+    );
+    assert!(text(&verified.stderr).contains("rounding moves the estimates further than 5 %"));
+}
+
+#[test]
+fn wrong_inputs_are_named_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::create_dir(folder.join("flights")).unwrap();
+    let bad = "timestamp,tx,ty,tz\n0,1,2,3\n0.1,oops,2,3\n0.2,1,2,3\n";
+    std::fs::write(folder.join("flights/bad.csv"), bad).unwrap();
+    std::fs::create_dir(folder.join("empty")).unwrap();
+    std::fs::write(folder.join("no.bnkf"), "not a blob").unwrap();
+    std::fs::write(folder.join("torn.bnkf.checkpoint"), "BNKFrun1 torn").unwrap();
+    let cases: [(&[&str], &str); 13] = [
+        (
+            &["train", "--flights", "flights", "--out", "m.bnkf"],
+            "bad.csv:3: ",
+        ),
+        (
+            &["train", "--flights", "empty", "--out", "m.bnkf"],
+            "empty: no .csv or .txt file",
+        ),
+        (
+            &["train", "--flights", "none", "--out", "m.bnkf"],
+            "none: cannot read",
+        ),
+        (
+            &["train", "--builtin", "1", "--out", "m.bnkf"],
+            "at least two are needed",
+        ),
+        (
+            &["train", "--out", "m.bnkf"],
+            "--flights PATH or --builtin N",
+        ),
+        (
+            &["train", "--builtin", "3", "--out", "none/m.bnkf"],
+            "its folder does not exist",
+        ),
+        (
+            &[
+                "train",
+                "--builtin",
+                "3",
+                "--out",
+                "m.bnkf",
+                "--hidden",
+                "70",
+            ],
+            "width 70",
+        ),
+        (
+            &[
+                "train",
+                "--builtin",
+                "3",
+                "--out",
+                "m.bnkf",
+                "--prior-sigma",
+                "0",
+            ],
+            "--prior-sigma 0",
+        ),
+        (
+            &[
+                "train",
+                "--builtin",
+                "3",
+                "--out",
+                "m.bnkf",
+                "--rate",
+                "NaN",
+            ],
+            "--rate NaN",
+        ),
+        (
+            &["train", "--builtin", "3", "--out", "m.bnkf", "--resume"],
+            "m.bnkf.checkpoint: cannot read",
+        ),
+        (
+            &["train", "--builtin", "3", "--out", "torn.bnkf", "--resume"],
+            "is damaged",
+        ),
+        (&["inspect", "no.bnkf"], "no.bnkf: blob is truncated"),
+        (&["verify", "none.bnkf"], "none.bnkf: cannot read"),
+    ];
+    for (arguments, part) in cases {
+        let output = run(folder, arguments);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {said}");
+        let error: Vec<&str> = said
+            .lines()
+            .filter(|line| line.starts_with("error: "))
+            .collect();
+        assert!(
+            error.len() == 1 && error[0].contains(part),
+            "{arguments:?}: {said}"
+        );
+        assert!(said.ends_with(&format!("{}\n", error[0])), "{said}");
+        assert!(!folder.join("m.bnkf").exists());
+    }
+}
