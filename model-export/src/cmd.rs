@@ -3,6 +3,7 @@
 pub mod blob_file;
 pub mod flight_source;
 pub mod inspect;
+pub mod stress;
 pub mod train;
 pub mod train_recursive;
 pub mod verify;

@@ -1,6 +1,6 @@
 //! `model-export`: training and export of Bayesian networks.
 
-use bnkf_model_export::cmd::{inspect, train, verify};
+use bnkf_model_export::cmd::{inspect, stress, train, verify};
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
@@ -20,6 +20,7 @@ enum Command {
     Train(train::Args),
     Inspect(inspect::Args),
     Verify(verify::Args),
+    Stress(stress::Args),
 }
 
 fn main() -> ExitCode {
@@ -31,6 +32,7 @@ fn main() -> ExitCode {
         },
         Command::Inspect(args) => exit_code(inspect::run(&args)),
         Command::Verify(args) => exit_code(verify::run(&args)),
+        Command::Stress(args) => exit_code(stress::run(&args)),
     }
 }
 

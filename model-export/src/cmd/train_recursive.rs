@@ -155,7 +155,8 @@ fn write(
     let held_out = held_out(&model, Blob::parse(&blob)?, scenario)?;
     let weights = model.weights();
     let provenance = Provenance {
-        command: command_line("model-export"),
+        // A resumed run ends with the same bytes, so the command that makes them is the whole one.
+        command: command_line("model-export").replace(" --resume", ""),
         version: env!("CARGO_PKG_VERSION"),
         data: named.source.clone(),
         data_sha256: data_hash::of_flights(&named.flights),

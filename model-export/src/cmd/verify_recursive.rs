@@ -4,6 +4,7 @@ use super::flight_source::{FlightSource, FlightSourceError};
 use crate::gaussian_weights::GaussianWeights;
 use crate::generator::generate;
 use crate::recursive::comparison::{Comparison, compare, table};
+use crate::recursive::epistemic::epistemic;
 use crate::recursive::model::RecursiveModel;
 use crate::recursive::scenario::Scenario;
 use bnkf::TrackerError;
@@ -73,7 +74,21 @@ pub fn verify(
     let cells = args.scenario.cells(&flights, seed);
     let found = compare(&model, blob, &cells, args.tracker_passes)
         .map_err(VerifyRecursiveError::Tracker)?;
-    std::io::stdout().write_all(table(&found).as_bytes())?;
+    let mut text = table(&found);
+    if args.tracker_passes > 1 {
+        text +=
+            "\nSpread of the mean jerk over passes, and what it adds to the scheduled jerk noise\n";
+        for cell in &cells {
+            let spread = epistemic(&model, blob, cell, args.tracker_passes);
+            text += &format!(
+                "{:<16}{:>10.3} m/s^3{:>10.2} %\n",
+                cell.name,
+                spread.jerk_sigma_mps3,
+                100.0 * spread.noise_share
+            );
+        }
+    }
+    std::io::stdout().write_all(text.as_bytes())?;
     let differing: Vec<&str> = found
         .iter()
         .filter(|comparison| !comparison.accepted())

@@ -142,7 +142,7 @@ fn scan(readings: &mut [Option<Reading>], random: &mut RandomSource) {
 }
 
 /// Moves one value of a reading by 5 to 50 of its standard deviations.
-fn spoil(reading: &mut Reading, random: &mut RandomSource) {
+pub(super) fn spoil(reading: &mut Reading, random: &mut RandomSource) {
     let sigmas = random.sign() * random.uniform(5.0, 50.0);
     match random.below(4) {
         0 => reading.range_m += sigmas * reading.sigma_range_m,
