@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs what the tests need beyond a Rust toolchain: a C linker for the host, a compiler for the
-# Cortex-M4F, and QEMU. Does nothing, quickly, when all is there. Says what it uses.
+# Cortex-M4F, QEMU, and a browser for the report. Does nothing, quickly, when all is there. Says
+# what it uses.
 set -euo pipefail
 
 target=thumbv7em-none-eabihf
@@ -39,6 +40,12 @@ has_linker() {
             compgen -G "$sysroot/lib/rustlib/*/bin/rust-lld" >/dev/null; }
 }
 
+# The report's test opens the page.
+browser() {
+    command -v chromium >/dev/null || command -v chromium-browser >/dev/null ||
+        command -v google-chrome >/dev/null
+}
+
 add_rustup_target() {
     command -v rustup >/dev/null || return 1
     say "rustup target add $target"
@@ -62,6 +69,7 @@ if ! command -v cargo >/dev/null; then
 fi
 command -v cc >/dev/null || missing+=(gcc libc6-dev)
 command -v qemu-system-arm >/dev/null || missing+=(qemu-system-arm)
+browser || missing+=(chromium)
 if [ ${#missing[@]} -gt 0 ]; then
     apt_install "${missing[@]}"
 fi

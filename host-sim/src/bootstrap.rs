@@ -4,7 +4,7 @@
 
 use bnkf_model_export::random_source::RandomSource;
 use bnkf_model_export::seed;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Number of resamples.
 pub const RESAMPLES: usize = 2000;
@@ -19,7 +19,7 @@ pub struct Interval {
 }
 
 /// Sum and number of the values of one flight.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FlightSum {
     /// Sum of the values.
     pub sum: f64,

@@ -2,7 +2,7 @@
 
 use bnkf_model_export::gaps::SamplingRate;
 use bnkf_model_export::noise::NoiseLevel;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::method::Method;
 use crate::metrics::StepScore;
@@ -33,7 +33,7 @@ pub struct ScoredStep {
 /// Metrics over all scored steps, divergences included: nothing is dropped.
 ///
 /// Values over no steps are NaN, written as `null` in JSON.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CellMetrics {
     /// Number of scored steps.
     pub steps: u64,

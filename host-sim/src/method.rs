@@ -52,6 +52,10 @@ pub enum Method {
     #[serde(rename = "IMM10")]
     #[value(name = "imm10")]
     Imm10,
+    /// Rao-Blackwellised particle filter over the range, with the fitted Singer model.
+    #[serde(rename = "particle")]
+    #[value(name = "particle")]
+    Particle,
     /// The reading converted to Cartesian coordinates.
     #[serde(rename = "converted")]
     #[value(name = "converted")]
@@ -88,6 +92,7 @@ impl Method {
             Self::CkfTuned => "CKF tuned",
             Self::Imm5 => "IMM5",
             Self::Imm10 => "IMM10",
+            Self::Particle => "particle",
             Self::Converted => "converted",
             Self::PopulationMean => "population",
             Self::ConstantRange => "const range",
@@ -115,6 +120,9 @@ impl Method {
                 "interacting multiple models: constant velocity and coordinated turns, fitted"
             }
             Self::Imm10 => "a wide bank of ten motion models, not fitted",
+            Self::Particle => {
+                "Rao-Blackwellised particle filter: 40 hypotheses of the range, a Kalman filter each"
+            }
             Self::Converted => "the reading converted to Cartesian coordinates, nothing else",
             Self::PopulationMean => "the training flights' mean position, whatever the radar says",
             Self::ConstantRange => "the reading's direction at the training flights' mean range",

@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 /// # Panics
 /// Never: the template is a constant that is tested.
 pub fn bar(units: usize, what: &str) -> ProgressBar {
-    let style = ProgressStyle::with_template("{msg} [{bar:36}] {pos}/{len}, {eta} left")
+    let style = ProgressStyle::with_template("{msg} [{bar:36}] {percent:>3}%, {eta} left")
         .expect("the template is valid")
         .progress_chars("=> ");
     ProgressBar::new(units as u64)

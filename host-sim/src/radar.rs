@@ -12,7 +12,7 @@ use bnkf_model_export::seed;
 use serde::{Deserialize, Serialize};
 
 /// How well and how often the radar measures: one block of the table.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Condition {
     /// How the angle figures of the noise level are read.
     pub table: NoiseTable,

@@ -27,6 +27,8 @@ pub struct Provenance {
     pub command: String,
     /// Version of this program.
     pub version: &'static str,
+    /// Commit that it was built from.
+    pub tree: &'static str,
     /// Seed of placement, noise and Monte Carlo passes.
     pub seed: u64,
     /// Where the flights came from.
@@ -110,6 +112,7 @@ mod tests {
         let provenance = Provenance {
             command: "host-sim".to_owned(),
             version: "0",
+            tree: "unknown",
             seed: 1,
             data: "built-in".to_owned(),
             data_sha256: String::new(),

@@ -11,6 +11,7 @@ use crate::baseline::correction::Correction;
 use crate::baseline::imm::Imm;
 use crate::baseline::kalman::Kalman;
 use crate::baseline::memoryless::{Memoryless, Rule};
+use crate::baseline::rao_blackwell::RaoBlackwell;
 use crate::baseline::sigma_points::Spread;
 use crate::baseline::tuning::Tuning;
 use crate::filter::Filter;
@@ -42,6 +43,7 @@ enum Kind {
     Kalman(Correction),
     Imm5,
     Imm10,
+    Particle,
     Rule(Rule),
 }
 
@@ -131,6 +133,7 @@ impl<'a> Roster<'a> {
             ),
             Method::Imm5 => tuned(method, Kind::Imm5),
             Method::Imm10 => tuned(method, Kind::Imm10),
+            Method::Particle => tuned(method, Kind::Particle),
             Method::Converted => tuned(method, Kind::Rule(Rule::Converted)),
             Method::PopulationMean => tuned(method, Kind::Rule(Rule::PopulationMean)),
             Method::ConstantRange => tuned(method, Kind::Rule(Rule::ConstantRange)),
@@ -185,7 +188,7 @@ impl<'a> Roster<'a> {
                     Box::new(TrackerFilter::new(blob, settings).expect("checked in Roster::new"))
                 }
                 Recipe::Tuned(tunings, kind) => {
-                    kind.filter(tuning(tunings, condition.table, condition.noise))
+                    kind.filter(tuning(tunings, condition.table, condition.noise), seed)
                 }
             }
         };
@@ -203,11 +206,12 @@ fn tuning(tunings: &Tunings, table: NoiseTable, noise: NoiseLevel) -> &Tuning {
 }
 
 impl Kind {
-    fn filter(self, tuning: &Tuning) -> Box<dyn Filter> {
+    fn filter(self, tuning: &Tuning, seed: u64) -> Box<dyn Filter> {
         match self {
             Self::Kalman(correction) => Box::new(tuning.kalman(correction)),
             Self::Imm5 => Box::new(tuning.imm_five()),
             Self::Imm10 => Box::new(Imm::wide(tuning.origin())),
+            Self::Particle => Box::new(RaoBlackwell::new(tuning.singer, tuning.prior, seed)),
             Self::Rule(rule) => Box::new(Memoryless::new(rule, tuning.prior)),
         }
     }

@@ -36,6 +36,8 @@ pub struct Scenario {
     pub volume: Volume,
     /// The radar.
     pub radar: Radar,
+    /// SHA-256 of its text.
+    pub sha256: String,
 }
 
 /// The scenarios that are part of the program: name and text.

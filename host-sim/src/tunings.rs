@@ -2,12 +2,15 @@
 
 use bnkf_model_export::flight::Flight;
 use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
+use bnkf_model_export::reading::Reading;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::baseline::bound::{mean_distance_m, position_bounds};
 use crate::baseline::prior::{PopulationPrior, PriorError};
 use crate::baseline::tuning::{Tuning, TuningError};
-use crate::radar::Radar;
+use crate::bootstrap::FlightSum;
+use crate::radar::{Condition, Radar};
 
 /// One fit per noise table and level.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -60,6 +63,19 @@ impl Tunings {
             .iter()
             .find(|entry| (entry.0, entry.1) == (table, level));
         entry.map(|(_, _, tuning)| tuning)
+    }
+
+    /// Mean distance [m] at each scored step below which no filter that believes in the fitted
+    /// motion model can be; `None` without a tuning for the condition or if a matrix is singular.
+    pub fn floor_m(
+        &self,
+        flight: &Flight,
+        readings: &[Option<Reading>],
+        condition: Condition,
+    ) -> Option<FlightSum> {
+        let tuning = self.find(condition.table, condition.noise)?;
+        let bounds = position_bounds(&tuning.singer, &tuning.prior, flight, readings).ok()?;
+        Some(FlightSum::of(bounds.iter().skip(1).map(mean_distance_m)))
     }
 
     /// Every fit with its place.

@@ -110,7 +110,7 @@ pub fn run(args: &Args) -> Result<(), DemoError> {
             "trajectory.svg",
             trajectory_figure::draw(&examples(&evaluation)),
         ),
-        ("metrics.svg", metrics_figure::draw(&cells)),
+        ("metrics.svg", metrics_figure::draw(&cells, &[])),
     ];
     for (name, figure) in figures {
         let path = args.out.join(name);
@@ -168,6 +168,7 @@ fn provenance(flights: &[Flight], models: &[Model]) -> Provenance {
     Provenance {
         command: command_line("host-sim"),
         version: env!("CARGO_PKG_VERSION"),
+        tree: env!("BNKF_TREE"),
         seed: SEED,
         data: format!("built-in generator, seed {FLIGHT_SEED}"),
         data_sha256: data_hash::of_flights(flights),

@@ -54,12 +54,32 @@ const ROWS: [Row; 3] = [
     },
 ];
 
-/// The figure over `cells`; methods, noise levels and rates appear in their order.
-pub fn draw(cells: &[Cell]) -> String {
+/// A line below which the mean ED of a block cannot be: noise level, rate, metres.
+pub type Floor = (NoiseLevel, SamplingRate, f64);
+
+/// How [`Floor`]s are drawn.
+const FLOOR: Stroke<'static> = Stroke {
+    colour: INK,
+    width: 2.0,
+    dash: "2 3",
+};
+
+/// The figure over `cells`; methods, noise levels and rates appear in their order. `floors` may be
+/// empty.
+pub fn draw(cells: &[Cell], floors: &[Floor]) -> String {
     let methods = in_order(cells.iter().map(|cell| cell.method));
     let noises = in_order(cells.iter().map(|cell| cell.noise));
     let rates = in_order(cells.iter().map(|cell| cell.rate));
-    let height = HEADER + ROWS.len() as f64 * (PANEL_HEIGHT + PANEL_GAP) - PANEL_GAP + FOOTER;
+    let mut entries: Vec<_> = methods
+        .iter()
+        .map(|m| (Mark::Method(look(*m)), m.label()))
+        .collect();
+    if !floors.is_empty() {
+        entries.push((Mark::Line(FLOOR), "bound of the fitted motion model"));
+    }
+    let (lines, legend_height) = legend::lines(&entries, WIDTH - LEFT - RIGHT);
+    let header = HEADER + legend_height;
+    let height = header + ROWS.len() as f64 * (PANEL_HEIGHT + PANEL_GAP) - PANEL_GAP + FOOTER;
     let mut svg = Svg::new(
         WIDTH,
         height,
@@ -74,11 +94,7 @@ pub fn draw(cells: &[Cell]) -> String {
             ..lettering(18.0)
         },
     );
-    let entries: Vec<_> = methods
-        .iter()
-        .map(|m| (Mark::Method(look(*m)), m.label()))
-        .collect();
-    legend::draw(&mut svg, (LEFT, 60.0), &entries);
+    legend::draw_lines(&mut svg, (LEFT, 60.0), &lines);
 
     let slots = (noises.len() * rates.len()).max(1) as f64;
     for (number, row) in ROWS.iter().enumerate() {
@@ -86,15 +102,19 @@ pub fn draw(cells: &[Cell]) -> String {
             .iter()
             .map(|cell| (row.value)(&cell.metrics))
             .collect();
+        let mut shown = values;
+        if number == 0 {
+            shown.extend(floors.iter().map(|floor| floor.2));
+        }
         let panel = Panel {
             frame: Rect {
                 x: LEFT,
-                y: HEADER + number as f64 * (PANEL_HEIGHT + PANEL_GAP),
+                y: header + number as f64 * (PANEL_HEIGHT + PANEL_GAP),
                 width: WIDTH - LEFT - RIGHT,
                 height: PANEL_HEIGHT,
             },
             x: Scale::linear(0.0, slots),
-            y: (row.scale)(&values),
+            y: (row.scale)(&shown),
         };
         draw_axes(&mut svg, &panel, row, rates.len(), noises.len());
         for (index, method) in methods.iter().enumerate() {
@@ -109,6 +129,16 @@ pub fn draw(cells: &[Cell]) -> String {
                     })
                     .collect();
                 draw_group(&mut svg, &panel, *method, &points);
+            }
+        }
+        if number == 0 {
+            for (noise, rate, metres) in floors {
+                draw_floor(
+                    &mut svg,
+                    &panel,
+                    slot(&noises, &rates, *noise, *rate),
+                    *metres,
+                );
             }
         }
         panel.axes(&mut svg);
@@ -158,6 +188,29 @@ fn draw_group(svg: &mut Svg, panel: &Panel, method: Method, points: &[(f64, f64)
         }
         svg.titled(&format!("{method}: {value:.4}"), |svg| {
             look.marker.draw(svg, panel.at(x, shown), 4.6, look.colour);
+        });
+    }
+}
+
+/// Number of the slot of a noise level and rate.
+fn slot(
+    noises: &[NoiseLevel],
+    rates: &[SamplingRate],
+    noise: NoiseLevel,
+    rate: SamplingRate,
+) -> Option<f64> {
+    let group = noises.iter().position(|other| *other == noise)?;
+    let place = rates.iter().position(|other| *other == rate)?;
+    Some((group * rates.len() + place) as f64)
+}
+
+fn draw_floor(svg: &mut Svg, panel: &Panel, slot: Option<f64>, metres: f64) {
+    if let Some(slot) = slot
+        && metres.is_finite()
+    {
+        let ends = [panel.at(slot + 0.06, metres), panel.at(slot + 0.94, metres)];
+        svg.titled(&format!("bound: {metres:.4} m"), |svg| {
+            svg.polyline(&ends, FLOOR)
         });
     }
 }
@@ -265,15 +318,17 @@ mod tests {
     /// Every value has its marker in every row, and a missing value none.
     #[test]
     fn every_cell_is_drawn() {
-        let text = draw(&cells());
+        let floor = (NoiseLevel::Low, SamplingRate::HALF, 0.05);
+        let text = draw(&cells(), &[floor]);
         let markers = text.matches("<g><title>").count();
-        assert_eq!(markers, 3 * 45 - 3);
+        assert_eq!(markers, 3 * 45 - 3 + 1);
+        assert!(text.contains("<title>bound: 0.0500 m</title>"));
         assert!(text.contains("<title>EKF: 0.1000</title>"));
         assert!(!text.contains("NaN"));
     }
 
     #[test]
     fn no_cells_make_an_empty_figure() {
-        assert!(draw(&[]).ends_with("</svg>\n"));
+        assert!(draw(&[], &[]).ends_with("</svg>\n"));
     }
 }

@@ -46,6 +46,7 @@ pub const fn look(method: Method) -> Look {
         Method::CkfTuned => ("#00604a", Marker::Diamond),
         Method::Imm5 => ("#7b3294", Marker::TriangleDown),
         Method::Imm10 => ("#a98bd0", Marker::TriangleUp),
+        Method::Particle => ("#8a7a00", Marker::Diamond),
         // The trivial rules are grey: they are the ground that the others stand on.
         Method::Converted => ("#4d4d4d", Marker::Plus),
         Method::PopulationMean => ("#8c8c8c", Marker::Cross),

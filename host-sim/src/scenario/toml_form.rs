@@ -2,6 +2,7 @@
 
 use std::ops::{Range, RangeInclusive};
 
+use bnkf_model_export::data_hash;
 use bnkf_model_export::gaps::SamplingRate;
 use bnkf_model_export::noise::{NoiseSigmas, NoiseTable};
 use bnkf_model_export::volume::Volume;
@@ -141,6 +142,7 @@ pub fn parse(text: &str, file: &str) -> Result<Scenario, ScenarioError> {
         speed_scale: place.within(&flights.speed_scale, "speed_scale", 0.01..=100.0)?,
         size_scale: place.within(&flights.size_scale, "size_scale", 0.01..=1000.0)?,
         volume,
+        sha256: data_hash::of_bytes(text.as_bytes()),
         radar: Radar {
             sigmas: [
                 place.sigmas(&radar.low)?,

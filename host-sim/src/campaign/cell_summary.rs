@@ -1,0 +1,243 @@
+//! One cell of the full evaluation: metrics, how sure they are, and how honest the covariance is.
+
+use serde::Serialize;
+
+use crate::bootstrap::{FlightSum, Interval, interval_95};
+use crate::cell::{CellMetrics, ScoredStep};
+use crate::chi_square;
+use crate::consistency::{Bounds, NOMINAL, nees_bounds, nis_bounds, reliability};
+use crate::method::Method;
+use crate::phase::Phase;
+use crate::radar::Condition;
+use crate::step_record::StepRecord;
+
+/// Everything that is known about one method under one condition.
+#[derive(Clone, Debug, Serialize)]
+pub struct CellSummary {
+    /// The method.
+    pub method: Method,
+    /// The condition: noise table, noise level, sampling rate.
+    #[serde(flatten)]
+    pub condition: Condition,
+    /// Metrics over all steps.
+    #[serde(flatten)]
+    pub metrics: CellMetrics,
+    /// 95% interval of the mean ED by bootstrap, metres.
+    pub ed_interval_m: Interval,
+    /// 95% interval of the NEES by bootstrap.
+    pub nees_interval: Interval,
+    /// Fraction of truths inside the 50% ellipsoid.
+    pub coverage50: f64,
+    /// Fraction of truths inside the 95% ellipsoid.
+    pub coverage95: f64,
+    /// Fraction inside the ellipsoid of each nominal probability of [`NOMINAL`].
+    pub reliability: [f64; NOMINAL.len()],
+    /// NEES, averaged over flights at each step, against its chi-square bounds.
+    pub nees_bounds: Bounds,
+    /// Mean NIS over its degrees of freedom (ideal 1); NaN for methods without innovations.
+    pub nis_ratio: f64,
+    /// NIS against its bounds.
+    pub nis_bounds: Bounds,
+    /// The phases of a flight, apart.
+    pub phases: Vec<PhaseSummary>,
+    /// Mean ED of each fold's flights, metres.
+    pub ed_by_fold_m: Vec<f64>,
+}
+
+/// Metrics of one phase.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct PhaseSummary {
+    /// The phase.
+    pub phase: Phase,
+    /// Metrics over its steps.
+    #[serde(flatten)]
+    pub metrics: CellMetrics,
+}
+
+/// The steps of one method over one flight, and where the flight belongs.
+#[derive(Clone, Copy, Debug)]
+pub struct Track<'a> {
+    /// The steps.
+    pub steps: &'a [StepRecord],
+    /// The fold that tested the flight.
+    pub fold: usize,
+    /// Number of the cluster (recording or flight) that is drawn as a whole by the bootstrap.
+    pub cluster: usize,
+}
+
+impl CellSummary {
+    /// Sums up all flights of `method` under `condition`.
+    pub fn new(
+        method: Method,
+        condition: Condition,
+        tracks: &[Track<'_>],
+        folds: usize,
+        seed: u64,
+    ) -> Self {
+        let steps = || tracks.iter().flat_map(|track| track.steps);
+        let metrics = metrics(steps());
+        let squared: Vec<f64> = steps().map(|step| step.mahalanobis_squared).collect();
+        let within = |probability: f64| {
+            let limit = chi_square::quantile(probability, 3.0);
+            squared.iter().filter(|d2| **d2 <= limit).count() as f64 / squared.len() as f64
+        };
+        let nees: Vec<Vec<f64>> = tracks
+            .iter()
+            .map(|track| {
+                track
+                    .steps
+                    .iter()
+                    .map(|step| step.mahalanobis_squared)
+                    .collect()
+            })
+            .collect();
+        let nis: Vec<Vec<_>> = tracks
+            .iter()
+            .map(|track| track.steps.iter().map(StepRecord::nis).collect())
+            .collect();
+        let (value, degrees) = nis
+            .iter()
+            .flatten()
+            .flatten()
+            .fold((0.0, 0.0), |(value, degrees), nis| {
+                (value + nis.value, degrees + nis.degrees as f64)
+            });
+        let phase = |phase| PhaseSummary {
+            phase,
+            metrics: self::metrics(steps().filter(|step| step.phase() == phase)),
+        };
+        let fold_ed_m = |fold| {
+            let own = tracks.iter().filter(|track| track.fold == fold);
+            self::metrics(own.flat_map(|track| track.steps)).ed_mean_m
+        };
+        Self {
+            method,
+            condition,
+            metrics,
+            ed_interval_m: interval_95(&error_sums(tracks), seed),
+            nees_interval: interval_95(
+                &cluster_sums(tracks, |step| step.mahalanobis_squared),
+                seed,
+            ),
+            coverage50: within(0.5),
+            coverage95: within(0.95),
+            reliability: reliability(&squared),
+            nees_bounds: nees_bounds(&nees),
+            nis_ratio: value / degrees,
+            nis_bounds: nis_bounds(&nis),
+            phases: Phase::ALL.map(phase).to_vec(),
+            ed_by_fold_m: (0..folds).map(fold_ed_m).collect(),
+        }
+    }
+}
+
+/// Errors of every cluster, metres; what paired comparisons are made of.
+pub fn error_sums(tracks: &[Track<'_>]) -> Vec<FlightSum> {
+    cluster_sums(tracks, |step| step.error_m)
+}
+
+fn cluster_sums(tracks: &[Track<'_>], value: fn(&StepRecord) -> f64) -> Vec<FlightSum> {
+    let count = tracks
+        .iter()
+        .map(|track| track.cluster + 1)
+        .max()
+        .unwrap_or(0);
+    let mut sums = vec![FlightSum::default(); count];
+    for track in tracks {
+        let own = FlightSum::of(track.steps.iter().map(value));
+        let sum = &mut sums[track.cluster];
+        sum.sum += own.sum;
+        sum.count += own.count;
+    }
+    sums
+}
+
+fn metrics<'a>(steps: impl Iterator<Item = &'a StepRecord>) -> CellMetrics {
+    let scored: Vec<ScoredStep> = steps.map(StepRecord::scored).collect();
+    CellMetrics::new(&scored)
+}
+
+#[cfg(test)]
+mod tests {
+    use bnkf_model_export::gaps::SamplingRate;
+    use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
+
+    use super::{CellSummary, Track, error_sums};
+    use crate::method::Method;
+    use crate::radar::Condition;
+    use crate::step_record::StepRecord;
+
+    const CONDITION: Condition = Condition {
+        table: NoiseTable::Radians,
+        noise: NoiseLevel::Low,
+        rate: SamplingRate::HALF,
+    };
+
+    fn step(time_s: f64, in_gap: bool, error_m: f64) -> StepRecord {
+        StepRecord {
+            time_s,
+            in_gap,
+            diverged: false,
+            error_m,
+            mahalanobis_squared: error_m * error_m,
+            det_p_m6: 1.0,
+            nis: (!in_gap).then_some((8.0, 4)),
+        }
+    }
+
+    #[test]
+    fn phases_folds_and_clusters_are_kept_apart() {
+        let one = [
+            step(1.0, true, 1.0),
+            step(3.0, true, 2.0),
+            step(4.0, false, 3.0),
+        ];
+        let two = [
+            step(1.0, false, 4.0),
+            step(3.0, false, 2.0),
+            step(4.0, false, 0.0),
+        ];
+        let tracks = [
+            Track {
+                steps: &one,
+                fold: 0,
+                cluster: 0,
+            },
+            Track {
+                steps: &two,
+                fold: 1,
+                cluster: 1,
+            },
+            Track {
+                steps: &two,
+                fold: 1,
+                cluster: 1,
+            },
+        ];
+        let cell = CellSummary::new(Method::Imm5, CONDITION, &tracks, 2, 1);
+        assert_eq!(cell.metrics.steps, 9);
+        assert_eq!(cell.ed_by_fold_m, [2.0, 2.0]);
+        let phases: Vec<_> = cell
+            .phases
+            .iter()
+            .map(|p| (p.metrics.steps, p.metrics.ed_mean_m))
+            .collect();
+        assert_eq!(phases, [(3, 3.0), (1, 2.0), (5, 1.4)]);
+        assert_eq!(cell.nis_ratio, 2.0);
+        // D^2 of 1, 4, 9, 16, 4, 0, 16, 4, 0 against 2.37 and 7.81.
+        assert_eq!(cell.coverage50, 3.0 / 9.0);
+        assert_eq!(cell.coverage95, 6.0 / 9.0);
+        let sums = error_sums(&tracks);
+        assert_eq!((sums[0].sum, sums[1].sum, sums[1].count), (6.0, 12.0, 6));
+    }
+
+    #[test]
+    fn json_is_flat_and_has_no_nan() {
+        let cell = CellSummary::new(Method::Ekf, CONDITION, &[], 0, 1);
+        let json = serde_json::to_value(cell).unwrap();
+        assert_eq!(json["table"], "radians");
+        assert_eq!(json["noise"], "low");
+        assert_eq!(json["rate"], 0.5);
+        assert!(json["ed_mean_m"].is_null() && json["nis_ratio"].is_null());
+    }
+}

@@ -1,0 +1,109 @@
+//! What the report shows beyond the sums: tracks of single flights, and what a step costs.
+
+use bnkf_model_export::gaps::SamplingRate;
+use bnkf_model_export::noise::NoiseLevel;
+
+use super::work_folder::WorkFolder;
+use super::{Campaign, CampaignError};
+use crate::method::Method;
+use crate::plot::trajectory_figure::Example;
+use crate::radar::Condition;
+use crate::roster::{Roster, Supplies};
+use crate::runtime::{self, MethodTime};
+
+/// Flights that are timed.
+const TIMED: usize = 5;
+
+impl Campaign {
+    /// One flight per noise level with the tracks of those of `shown` that took part, each tested
+    /// by its own fold's models, at the second sampling rate: one with gaps.
+    ///
+    /// # Errors
+    /// A piece of the finished run is missing or damaged.
+    pub fn examples(
+        &self,
+        work: &WorkFolder,
+        shown: &[Method],
+    ) -> Result<Vec<Example<'_>>, CampaignError> {
+        let kits = self.kits(work, &|_| {})?;
+        let shown: Vec<Method> = shown
+            .iter()
+            .copied()
+            .filter(|method| self.methods.contains(method))
+            .collect();
+        let radar = &self.scenario.radar;
+        let rate = radar.rates[1.min(radar.rates.len() - 1)];
+        let example = |(index, noise): (usize, NoiseLevel)| {
+            let index = self.example_flight(index);
+            let flight = &self.flights[index];
+            let kit = &kits[0][self.folds.of_flight[index]];
+            let supplies = Supplies {
+                models: &kit.models,
+                passes: self.passes,
+                tunings: kit.tunings.as_ref(),
+            };
+            let condition = Condition {
+                table: radar.tables[0],
+                noise,
+                rate,
+            };
+            let readings = radar.readings(flight, condition, self.seed);
+            let tracks =
+                Roster::new(&shown, supplies)?.tracks(flight, &readings, condition, self.seed);
+            Ok(Example {
+                flight,
+                noise,
+                rate,
+                readings,
+                tracks,
+            })
+        };
+        NoiseLevel::ALL
+            .into_iter()
+            .enumerate()
+            .map(example)
+            .collect()
+    }
+
+    /// The flight with number `example` among those of different kinds: names without their
+    /// trailing number.
+    fn example_flight(&self, example: usize) -> usize {
+        let kind = |index: usize| {
+            let name = &self.flights[index].name;
+            name.rsplit_once(['-', '#'])
+                .map_or(name.as_str(), |(kind, _)| kind)
+        };
+        let mut chosen: Vec<usize> = Vec::new();
+        for index in 0..self.flights.len() {
+            if chosen.iter().all(|other| kind(*other) != kind(index)) {
+                chosen.push(index);
+            }
+        }
+        chosen[example % chosen.len()]
+    }
+
+    /// Times every method at high noise with all samples measured, on this thread.
+    ///
+    /// # Errors
+    /// A piece of the finished run is missing or damaged.
+    pub fn times(&self, work: &WorkFolder) -> Result<Vec<MethodTime>, CampaignError> {
+        let kits = self.kits(work, &|_| {})?;
+        let kit = &kits[0][0];
+        let supplies = Supplies {
+            models: &kit.models,
+            passes: self.passes,
+            tunings: kit.tunings.as_ref(),
+        };
+        let roster = Roster::new(&self.methods, supplies)?;
+        let flights: Vec<_> = self.flights.iter().take(TIMED).collect();
+        let radar = &self.scenario.radar;
+        let condition = Condition {
+            table: radar.tables[0],
+            noise: NoiseLevel::High,
+            rate: SamplingRate::FULL,
+        };
+        Ok(runtime::measure(
+            &roster, &flights, radar, condition, self.seed,
+        ))
+    }
+}

@@ -1,0 +1,147 @@
+//! What a campaign sums up to.
+
+use bnkf_model_export::flight::Flight;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::cell_summary::{CellSummary, Track};
+use super::comparison::{Comparison, comparisons};
+use super::generalisation::VariedCell;
+use crate::bootstrap::{FlightSum, mean};
+use crate::method::Method;
+use crate::radar::Condition;
+use crate::steps_parquet::FlightTracks;
+
+/// With fewer recordings than this, the bootstrap draws flights (segments) instead of recordings.
+const RECORDINGS_MIN: usize = 10;
+
+/// What came out.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// One per condition and method.
+    pub cells: Vec<CellSummary>,
+    /// Every pair of methods under every condition.
+    pub comparisons: Vec<Comparison>,
+    /// Every method in every other world.
+    pub variations: Vec<VariedCell>,
+    /// The bound of every condition.
+    pub floors: Vec<Floor>,
+    /// What the bootstrap draws.
+    pub cluster: Cluster,
+    /// Every step, as a Parquet file.
+    pub parquet: Vec<u8>,
+}
+
+/// Mean ED below which no filter that believes in the fitted motion model can be (posterior
+/// Cramer-Rao bound).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Floor {
+    /// The condition.
+    #[serde(flatten)]
+    pub condition: Condition,
+    /// Bound on the mean ED, metres; NaN where it has none.
+    pub ed_m: f64,
+}
+
+/// What the bootstrap draws as a whole.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Cluster {
+    /// All flights of one recording.
+    Recording,
+    /// Single flights: there are too few recordings to draw from.
+    Flight,
+}
+
+/// All flights under one condition.
+#[derive(Clone, Copy, Debug)]
+pub struct Block<'a> {
+    /// The condition.
+    pub condition: Condition,
+    /// The flights with their tracks, and the bound's sum for each.
+    pub flights: &'a [FlightTracks<'a>],
+    /// The bound of each flight; `None` where it has none.
+    pub floors: &'a [Option<FlightSum>],
+    /// Cluster of each flight.
+    pub clusters: &'a [usize],
+    /// The methods in the order of the tracks.
+    pub methods: &'a [Method],
+    /// Number of folds.
+    pub folds: usize,
+    /// Seed of the bootstrap.
+    pub seed: u64,
+}
+
+impl Block<'_> {
+    /// Cells, comparisons and bound of the block.
+    pub fn sum_up(&self) -> (Vec<CellSummary>, Vec<Comparison>, Floor) {
+        let mut tracks: Vec<(Method, Vec<Track<'_>>)> = Vec::new();
+        for (index, method) in self.methods.iter().enumerate() {
+            let mut own = Vec::new();
+            for (of, cluster) in self.flights.iter().zip(self.clusters) {
+                own.push(Track {
+                    steps: &of.tracks[index].steps,
+                    fold: of.fold,
+                    cluster: *cluster,
+                });
+            }
+            tracks.push((*method, own));
+        }
+        let summary = |(method, tracks): &(Method, Vec<Track<'_>>)| {
+            CellSummary::new(*method, self.condition, tracks, self.folds, self.seed)
+        };
+        let cells = tracks.par_iter().map(summary).collect();
+        let floors: Option<Vec<FlightSum>> = self.floors.iter().copied().collect();
+        let floor = Floor {
+            condition: self.condition,
+            ed_m: floors.map_or(f64::NAN, |floors| mean(&floors)),
+        };
+        (
+            cells,
+            comparisons(self.condition, &tracks, self.seed),
+            floor,
+        )
+    }
+}
+
+/// What the bootstrap draws from `flights`, and the number of each flight's cluster.
+pub fn clusters(flights: &[Flight]) -> (Cluster, Vec<usize>) {
+    let mut sources: Vec<&str> = Vec::new();
+    let mut of_flight = Vec::new();
+    for flight in flights {
+        let known = sources.iter().position(|source| *source == flight.source);
+        of_flight.push(known.unwrap_or(sources.len()));
+        if known.is_none() {
+            sources.push(&flight.source);
+        }
+    }
+    if sources.len() < RECORDINGS_MIN {
+        return (Cluster::Flight, (0..flights.len()).collect());
+    }
+    (Cluster::Recording, of_flight)
+}
+
+#[cfg(test)]
+mod tests {
+    use bnkf_model_export::flight::Flight;
+
+    use super::{Cluster, clusters};
+
+    #[test]
+    fn few_recordings_are_drawn_by_flight() {
+        let rows = [
+            [0.0, 1.0, 2.0, 3.0],
+            [1.0, 2.0, 2.0, 3.0],
+            [2.0, 3.0, 2.0, 3.0],
+        ];
+        let flight =
+            |i: usize| Flight::from_track(&format!("f{i}"), &format!("s{}", i / 2), &rows).unwrap();
+        let flights: Vec<_> = (0..20).map(flight).collect();
+        let (cluster, of_flight) = clusters(&flights);
+        assert_eq!(cluster, Cluster::Recording);
+        assert_eq!(of_flight[..5], [0, 0, 1, 1, 2]);
+        let (cluster, of_flight) = clusters(&flights[..19 - 1]);
+        assert_eq!(cluster, Cluster::Flight);
+        assert_eq!(of_flight[..3], [0, 1, 2]);
+    }
+}

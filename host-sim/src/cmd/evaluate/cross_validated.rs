@@ -1,0 +1,242 @@
+//! Cross-validation by recording: the full evaluation and its quick form.
+
+use std::io::Write as _;
+use std::sync::Mutex;
+
+use bnkf::blob::Kind;
+use bnkf_model_export::atomic_file;
+use bnkf_model_export::command_line::command_line;
+use bnkf_model_export::data_hash;
+use bnkf_model_export::flight::Flight;
+use bnkf_model_export::flight_set::{FlightSet, Preparation};
+use bnkf_model_export::generator::{GeneratorSettings, generate};
+use clap::ValueEnum;
+use indicatif::ProgressBar;
+
+use super::{Args, EvaluateError, methods_or};
+use crate::campaign::results::{self, CampaignProvenance};
+use crate::campaign::work_folder::WorkFolder;
+use crate::campaign::{Campaign, Progress};
+use crate::cell::Cell;
+use crate::fold::Folds;
+use crate::method::Method;
+use crate::model::Model;
+use crate::report::{self, Material};
+use crate::results_json::ModelProvenance;
+use crate::scenario::Scenario;
+use crate::{default_models, progress, table};
+
+/// Folds, unless --folds says otherwise.
+const FOLDS: usize = 5;
+/// Training epochs of a full and a quick run.
+const EPOCHS: u32 = 200;
+const EPOCHS_QUICK: u32 = 30;
+
+/// Runs or continues a cross-validation, writes its files and prints its table.
+pub fn run(args: &Args) -> Result<(), EvaluateError> {
+    let mut scenario = Scenario::find(&args.scenario)?;
+    match args.noise_table {
+        Some(table) => scenario.radar.tables = vec![table],
+        None if args.quick => scenario.radar.tables.truncate(1),
+        None => {}
+    }
+    let data = flights(args, &scenario)?;
+    for reason in &data.unplaced {
+        eprintln!("warning: left out: {reason}");
+    }
+    let mut shipped = default_models::load()?;
+    // Of the shipped models only those that no fold trains.
+    shipped.retain(|model| model.blob().kind() != Kind::Memoryless);
+    let count = args.folds.unwrap_or(FOLDS);
+    let campaign = Campaign {
+        folds: Folds::new(&data.segments, count, args.seed)?,
+        flights: data.segments,
+        methods: methods_or(args, &all_methods(&shipped)),
+        shipped,
+        passes: args.passes,
+        epochs: args
+            .epochs
+            .unwrap_or(if args.quick { EPOCHS_QUICK } else { EPOCHS }),
+        seed: args.seed,
+        scenario,
+    };
+    let provenance = provenance(args, &campaign, data.source, data.sha256, data.unplaced);
+    if args.quick {
+        eprintln!("{}", quick_note(&campaign));
+    }
+    let plan = serde_json::to_string_pretty(&provenance).expect("every value has a representation");
+    let work = WorkFolder::open(&args.out.join("work"), &plan)?;
+    let bar: Mutex<Option<ProgressBar>> = Mutex::new(None);
+    let outcome = campaign.run(&work, &|told| show(&bar, told))?;
+    let mut stdout = std::io::stdout();
+    for noise_table in &campaign.scenario.radar.tables {
+        let cells = outcome
+            .cells
+            .iter()
+            .filter(|cell| cell.condition.table == *noise_table);
+        let cells: Vec<Cell> = cells
+            .map(|cell| Cell {
+                method: cell.method,
+                noise: cell.condition.noise,
+                rate: cell.condition.rate,
+                metrics: cell.metrics,
+            })
+            .collect();
+        writeln!(
+            stdout,
+            "angle figures as {noise_table}\n\n{}",
+            table::render(&cells)
+        )?;
+    }
+    for name in results::write(&args.out, &outcome, &provenance)? {
+        writeln!(stdout, "{}", args.out.join(name).display())?;
+    }
+    let times = campaign.times(&work)?;
+    // Apart from the results, which are the same bytes on every run: times are not.
+    let json = serde_json::to_vec_pretty(&times).expect("every value has a representation");
+    atomic_file::write(&args.out.join("runtime.json"), &json)?;
+    let examples = campaign.examples(&work, &report::SHOWN)?;
+    let material = Material {
+        campaign: &campaign,
+        outcome: &outcome,
+        provenance: &provenance,
+        examples: &examples,
+        times: &times,
+    };
+    for file in report::files(&material) {
+        let path = args.out.join(&file.name);
+        atomic_file::write(&path, file.text.as_bytes())?;
+        writeln!(stdout, "{}", path.display())?;
+    }
+    // Only now: whoever kills this run before its results are written finds the pieces again.
+    work.remove()?;
+    Ok(())
+}
+
+/// Every method that has what it needs.
+fn all_methods(shipped: &[Model]) -> Vec<Method> {
+    let without = |method: &Method| *method != Method::Recursive || !shipped.is_empty();
+    Method::value_variants()
+        .iter()
+        .copied()
+        .filter(without)
+        .collect()
+}
+
+/// Flights of a run and where they came from.
+struct Data {
+    segments: Vec<Flight>,
+    source: String,
+    sha256: String,
+    unplaced: Vec<String>,
+}
+
+fn flights(args: &Args, scenario: &Scenario) -> Result<Data, EvaluateError> {
+    if let Some(path) = &args.flights {
+        let preparation = Preparation {
+            segment_s: args.segment_s,
+            volume: args.place.then_some(scenario.volume),
+            radar_m: args.radar.0,
+            seed: args.seed,
+        };
+        let set = FlightSet::read(path, &preparation)?;
+        let source = path.display().to_string();
+        return Ok(Data {
+            segments: set.segments,
+            source,
+            sha256: set.sha256,
+            unplaced: set.unplaced,
+        });
+    }
+    let settings = GeneratorSettings {
+        flights: if args.quick {
+            scenario.quick_count
+        } else {
+            scenario.count
+        },
+        seed: args.seed,
+        duration_s: scenario.duration_s,
+        rate_hz: scenario.rate_hz,
+        speed_scale: scenario.speed_scale,
+        size_scale: scenario.size_scale,
+        timing_jitter_s: 0.0,
+        volume: scenario.volume,
+    };
+    let generated = generate(&settings)?;
+    let sha256 = data_hash::of_flights(&generated);
+    let segments = generated
+        .iter()
+        .map(|flight| flight.seen_from(args.radar.0))
+        .collect();
+    let source = format!("built-in generator, seed {}", args.seed);
+    Ok(Data {
+        segments,
+        source,
+        sha256,
+        unplaced: Vec::new(),
+    })
+}
+
+fn provenance(
+    args: &Args,
+    campaign: &Campaign,
+    data: String,
+    sha256: String,
+    unplaced: Vec<String>,
+) -> CampaignProvenance {
+    let mut recordings: Vec<&str> = campaign
+        .flights
+        .iter()
+        .map(|flight| flight.source.as_str())
+        .collect();
+    recordings.sort_unstable();
+    recordings.dedup();
+    CampaignProvenance {
+        command: command_line("host-sim"),
+        version: env!("CARGO_PKG_VERSION"),
+        tree: env!("BNKF_TREE"),
+        seed: args.seed,
+        scenario: campaign.scenario.name.clone(),
+        scenario_sha256: campaign.scenario.sha256.clone(),
+        data,
+        data_sha256: sha256,
+        flights: campaign.flights.len(),
+        recordings: recordings.len(),
+        unplaced,
+        folds: campaign.folds.count,
+        quick: args.quick,
+        epochs: campaign.epochs,
+        passes: args.passes,
+        shipped: campaign.shipped.iter().map(ModelProvenance::from).collect(),
+        methods: campaign.methods.clone(),
+        noise_tables: campaign.scenario.radar.tables.clone(),
+    }
+}
+
+fn quick_note(campaign: &Campaign) -> String {
+    format!(
+        "quick run: {} flights, {} epochs instead of {EPOCHS}, angle figures as {} only; its figures are rough",
+        campaign.flights.len(),
+        campaign.epochs,
+        campaign.scenario.radar.tables[0],
+    )
+}
+
+fn show(bar: &Mutex<Option<ProgressBar>>, told: Progress) {
+    // A panic elsewhere has poisoned nothing that a progress bar needs.
+    let mut bar = bar
+        .lock()
+        .unwrap_or_else(std::sync::PoisonError::into_inner);
+    match told {
+        Progress::Stage(name, pieces) => {
+            if let Some(before) = bar.replace(progress::bar(1000 * pieces, name)) {
+                before.finish_and_clear();
+            }
+        }
+        Progress::Advance(thousandths) => {
+            if let Some(bar) = bar.as_ref() {
+                bar.inc(thousandths);
+            }
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! The built-in or given models on recorded flights.
+
+use std::io::Write as _;
+use std::path::Path;
+
+use bnkf_model_export::command_line::command_line;
+use bnkf_model_export::flight_set::{FlightSet, Preparation};
+use bnkf_model_export::volume::Volume;
+
+use super::{Args, EvaluateError, check_folder, methods_or};
+use crate::evaluation::Evaluation;
+use crate::method::Method;
+use crate::model::Model;
+use crate::radar::Radar;
+use crate::results_json::{self, ModelProvenance, Provenance, Results};
+use crate::roster::{Roster, Supplies};
+use crate::{default_models, progress, table};
+
+/// Prints the table and writes the JSON file, if one was asked for.
+pub fn run(args: &Args, flights: &Path) -> Result<(), EvaluateError> {
+    if let Some(path) = &args.json {
+        check_folder(path)?;
+    }
+    let results = evaluate(args, flights)?;
+    std::io::stdout().write_all(table::render(&results.cells).as_bytes())?;
+    if let Some(path) = &args.json {
+        results_json::write(path, &results)?;
+    }
+    Ok(())
+}
+
+fn evaluate(args: &Args, flights: &Path) -> Result<Results, EvaluateError> {
+    let preparation = Preparation {
+        segment_s: args.segment_s,
+        volume: args.place.then_some(Volume::PAPER),
+        radar_m: args.radar.0,
+        seed: args.seed,
+    };
+    let set = FlightSet::read(flights, &preparation)?;
+    for reason in &set.unplaced {
+        eprintln!("warning: left out: {reason}");
+    }
+    let mut models = default_models::load()?;
+    for path in &args.models {
+        models.push(Model::read(path)?);
+    }
+    let supplies = Supplies {
+        models: &models,
+        passes: args.passes,
+        tunings: None,
+    };
+    let roster = Roster::new(&methods_or(args, &Method::PAPER), supplies)?;
+    let noise_table = args.noise_table.unwrap_or_default();
+    let radar = Radar::paper(noise_table);
+    let evaluation = Evaluation {
+        segments: &set.segments,
+        roster: &roster,
+        conditions: &radar.conditions(),
+        radar: &radar,
+        seed: args.seed,
+    };
+    let bar = progress::bar(evaluation.units(), "Evaluating");
+    let cells = evaluation.run(&|| bar.inc(1));
+    bar.finish_and_clear();
+    let provenance = Provenance {
+        command: command_line("host-sim"),
+        version: env!("CARGO_PKG_VERSION"),
+        tree: env!("BNKF_TREE"),
+        seed: args.seed,
+        data: flights.display().to_string(),
+        data_sha256: set.sha256,
+        flights: set.flights,
+        segments: set.segments.len(),
+        unplaced: set.unplaced,
+        segment_s: args.segment_s,
+        placed: args.place,
+        radar_m: args.radar.0,
+        noise_table,
+        passes: args.passes,
+        models: models.iter().map(ModelProvenance::from).collect(),
+    };
+    Ok(Results { cells, provenance })
+}

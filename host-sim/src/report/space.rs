@@ -1,0 +1,80 @@
+//! What the page's script needs: the cells in every measure, and flights to look at from all sides.
+
+use serde::Serialize;
+
+use crate::campaign::outcome::Outcome;
+use crate::cell::CellMetrics;
+use crate::method::Method;
+use crate::plot::palette::look;
+use crate::plot::trajectory_figure::Example;
+use crate::track::position_of;
+
+#[derive(Serialize)]
+struct Data<'a> {
+    cells: Vec<&'a CellMetrics>,
+    examples: Vec<Flight>,
+}
+
+#[derive(Serialize)]
+struct Flight {
+    title: String,
+    truth: Vec<[f64; 3]>,
+    readings: Vec<(usize, [f64; 3])>,
+    tracks: Vec<Track>,
+}
+
+#[derive(Serialize)]
+struct Track {
+    method: Method,
+    colour: &'static str,
+    points: Vec<[f64; 3]>,
+}
+
+/// The data as JSON that may stand inside a script element.
+pub fn data(outcome: &Outcome, examples: &[Example<'_>]) -> String {
+    let data = Data {
+        cells: outcome.cells.iter().map(|cell| &cell.metrics).collect(),
+        examples: examples.iter().map(flight).collect(),
+    };
+    let json = serde_json::to_string(&data).expect("every value has a representation");
+    // "</script>" inside a text would end the element.
+    json.replace('<', "\\u003c")
+}
+
+fn flight(example: &Example<'_>) -> Flight {
+    let readings = example.readings.iter().enumerate();
+    Flight {
+        title: format!(
+            "{}, {} noise, rate {}",
+            example.flight.name, example.noise, example.rate
+        ),
+        truth: example
+            .flight
+            .samples
+            .iter()
+            .map(|sample| centimetres(sample.position_m))
+            .collect(),
+        readings: readings
+            .filter_map(|(index, reading)| {
+                Some((index, centimetres(position_of(reading.as_ref()?).into())))
+            })
+            .collect(),
+        tracks: example
+            .tracks
+            .iter()
+            .map(|(method, steps)| Track {
+                method: *method,
+                colour: look(*method).colour,
+                points: steps
+                    .iter()
+                    .map(|step| centimetres(step.position_m.into()))
+                    .collect(),
+            })
+            .collect(),
+    }
+}
+
+/// Rounded to what a screen can show, which keeps the page small.
+fn centimetres(position_m: [f64; 3]) -> [f64; 3] {
+    position_m.map(|value| (value * 100.0).round() / 100.0)
+}

@@ -1,0 +1,86 @@
+//! What a step of each method costs on this machine, one thread.
+
+use std::time::Instant;
+
+use bnkf_model_export::flight::Flight;
+use serde::Serialize;
+
+use crate::method::Method;
+use crate::radar::{Condition, Radar};
+use crate::roster::Roster;
+use crate::track::track;
+
+/// Time of one method.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct MethodTime {
+    /// The method.
+    pub method: Method,
+    /// Median over the flights of the mean time of a step, microseconds.
+    pub step_us: f64,
+    /// Median time of a flight, milliseconds.
+    pub flight_ms: f64,
+}
+
+/// Times every method of `roster` over `flights` under `condition`, one flight after another on
+/// this thread. Scoring is part of the time: it is the same small cost for all.
+pub fn measure(
+    roster: &Roster<'_>,
+    flights: &[&Flight],
+    radar: &Radar,
+    condition: Condition,
+    seed: u64,
+) -> Vec<MethodTime> {
+    let mut seconds: Vec<(Method, Vec<(f64, usize)>)> = roster
+        .methods()
+        .map(|method| (method, Vec::new()))
+        .collect();
+    for flight in flights {
+        let readings = radar.readings(flight, condition, seed);
+        for (index, (_, mut filter)) in roster.filters(condition, seed).into_iter().enumerate() {
+            let start = Instant::now();
+            let steps = track(filter.as_mut(), flight, &readings);
+            seconds[index]
+                .1
+                .push((start.elapsed().as_secs_f64(), steps.len()));
+        }
+    }
+    let time = |(method, flights): (Method, Vec<(f64, usize)>)| MethodTime {
+        method,
+        step_us: 1e6 * median(flights.iter().map(|(s, steps)| s / *steps as f64)),
+        flight_ms: 1e3 * median(flights.iter().map(|(s, _)| *s)),
+    };
+    seconds.into_iter().map(time).collect()
+}
+
+/// The upper of the middle values; NaN for none.
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut sorted: Vec<f64> = values.collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+#[cfg(test)]
+mod tests {
+    use bnkf_model_export::flight::Flight;
+    use bnkf_model_export::noise::NoiseTable;
+
+    use super::measure;
+    use crate::method::Method;
+    use crate::radar::Radar;
+    use crate::roster::{Roster, Supplies};
+
+    #[test]
+    fn every_method_takes_time() {
+        let row = |i: i32| [0.1 * f64::from(i), 20.0 + 0.1 * f64::from(i), 0.0, 5.0];
+        let flight =
+            Flight::from_track("line", "line", &(0..100).map(row).collect::<Vec<_>>()).unwrap();
+        let roster = Roster::new(&[Method::Ekf, Method::Ukf], Supplies::default()).unwrap();
+        let radar = Radar::paper(NoiseTable::Radians);
+        let times = measure(&roster, &[&flight], &radar, radar.conditions()[0], 1);
+        assert_eq!(times.len(), 2);
+        for time in times {
+            assert!(time.step_us > 0.0);
+            assert!((time.flight_ms - 0.099 * time.step_us).abs() < 1e-9);
+        }
+    }
+}

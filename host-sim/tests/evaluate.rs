@@ -1,0 +1,186 @@
+//! `host-sim evaluate` from the outside: what it writes, and what it says when it cannot.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn host_sim(arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
+    command.args(arguments).output().expect("host-sim starts")
+}
+
+/// Two flights of six seconds in the paper's volume, as files.
+fn write_flights(folder: &Path) {
+    for name in ["a", "b"] {
+        let turn = if name == "a" { 0.0 } else { 1.0 };
+        let row = |i: i32| {
+            let t = f64::from(i) * 0.1;
+            let (x, y) = (25.0 + 5.0 * (t + turn).cos(), 12.0 + 5.0 * (t + turn).sin());
+            format!("{t:.1},{x},{y},{}", 9.0 + 0.1 * t)
+        };
+        let rows: Vec<_> = (0..60).map(row).collect();
+        let text = format!("timestamp,tx,ty,tz\n{}\n", rows.join("\n"));
+        std::fs::write(folder.join(format!("{name}.csv")), text).unwrap();
+    }
+}
+
+/// The one line that a failing command says.
+fn complaint(output: &Output) -> String {
+    assert!(!output.status.success(), "{output:?}");
+    let text = String::from_utf8(output.stderr.clone()).unwrap();
+    let errors: Vec<_> = text
+        .lines()
+        .filter(|line| line.starts_with("error: "))
+        .collect();
+    assert_eq!(errors.len(), 1, "{text}");
+    errors[0].to_owned()
+}
+
+#[test]
+fn the_table_and_the_json_hold_every_method_noise_and_rate() {
+    let folder = tempfile::tempdir().unwrap();
+    write_flights(folder.path());
+    let (flights, json) = (
+        folder.path().to_str().unwrap(),
+        folder.path().join("out.json"),
+    );
+    let arguments = [
+        "evaluate",
+        "--flights",
+        flights,
+        "--passes",
+        "4",
+        "--json",
+        json.to_str().unwrap(),
+    ];
+    let output = host_sim(&arguments);
+    assert!(output.status.success(), "{output:?}");
+    let table = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(table.matches("118 steps").count(), 9, "{table}");
+
+    let text = std::fs::read_to_string(&json).unwrap();
+    let results: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let cells = results["cells"].as_array().unwrap();
+    assert_eq!(cells.len(), 45);
+    for method in ["EKF", "UKF", "BNN", "BNKF", "BNKFe"] {
+        assert_eq!(
+            cells.iter().filter(|cell| cell["method"] == method).count(),
+            9,
+            "{method}"
+        );
+    }
+    for cell in cells {
+        assert_eq!(cell["steps"], 118);
+        assert!(cell["ed_mean_m"].as_f64().unwrap() > 0.0);
+    }
+    let provenance = &results["provenance"];
+    assert_eq!(
+        (&provenance["flights"], &provenance["segments"]),
+        (&2.into(), &2.into())
+    );
+    assert_eq!(
+        provenance["models"].as_array().unwrap()[0]["sha256"]
+            .as_str()
+            .unwrap()
+            .len(),
+        64
+    );
+
+    // The same command again, on one thread: the same bytes.
+    let again = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .args(arguments)
+        .env("RAYON_NUM_THREADS", "1")
+        .output()
+        .unwrap();
+    assert!(again.status.success());
+    assert_eq!(std::fs::read_to_string(&json).unwrap(), text);
+}
+
+#[test]
+fn what_cannot_be_read_is_named_with_file_and_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let flight = folder.path().join("bad.csv");
+    let path = folder.path().to_str().unwrap();
+    std::fs::write(&flight, "timestamp,tx,ty,tz\n0.0,1,2,3\n0.1,1,two,3\n").unwrap();
+    let error = complaint(&host_sim(&["evaluate", "--flights", path]));
+    assert!(error.contains("bad.csv:3: "), "{error}");
+    let error = complaint(&host_sim(&["evaluate", "--flights", "/nowhere/flights"]));
+    assert!(error.contains("/nowhere/flights: cannot read"), "{error}");
+
+    write_flights(folder.path());
+    std::fs::remove_file(&flight).unwrap();
+    let model = folder.path().join("m.bnkf");
+    std::fs::write(&model, b"BNKF is not enough").unwrap();
+    let error = complaint(&host_sim(&[
+        "evaluate",
+        "--flights",
+        path,
+        "--model",
+        model.to_str().unwrap(),
+    ]));
+    assert!(error.contains("m.bnkf: "), "{error}");
+    let error = complaint(&host_sim(&[
+        "evaluate",
+        "--flights",
+        path,
+        "--methods",
+        "ekf,ekf",
+    ]));
+    assert!(error.contains("EKF is named twice"), "{error}");
+    let error = complaint(&host_sim(&[
+        "evaluate",
+        "--flights",
+        path,
+        "--methods",
+        "imm5",
+    ]));
+    assert!(
+        error.contains("IMM5") && error.contains("--folds"),
+        "{error}"
+    );
+    let error = complaint(&host_sim(&[
+        "evaluate",
+        "--flights",
+        path,
+        "--json",
+        "/nowhere/out.json",
+    ]));
+    assert!(
+        error.contains("/nowhere/out.json: its folder does not exist"),
+        "{error}"
+    );
+    let error = complaint(&host_sim(&["evaluate", "--flights", path, "--folds", "5"]));
+    assert!(error.contains("there are 2 recordings"), "{error}");
+    let scenario = folder.path().join("s.toml");
+    std::fs::write(&scenario, "name = \"s\"\nsumary = \"typo\"\n").unwrap();
+    let error = complaint(&host_sim(&[
+        "evaluate",
+        "--quick",
+        "--scenario",
+        scenario.to_str().unwrap(),
+    ]));
+    assert!(
+        error.contains("s.toml:2: unknown field `sumary`"),
+        "{error}"
+    );
+}
+
+/// A limit on the size of files stands for a full disk: the write fails half-way.
+#[test]
+fn a_full_disk_leaves_the_old_file_and_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    write_flights(folder.path());
+    let json = folder.path().join("out.json");
+    std::fs::write(&json, "old").unwrap();
+    let script = format!(
+        "trap '' XFSZ; ulimit -f 1; exec {} evaluate --flights {} --methods ekf --json {}",
+        env!("CARGO_BIN_EXE_host-sim"),
+        folder.path().display(),
+        json.display()
+    );
+    let output = Command::new("sh").args(["-c", &script]).output().unwrap();
+    let error = complaint(&output);
+    assert!(error.contains("out.json: cannot write"), "{error}");
+    assert_eq!(std::fs::read_to_string(&json).unwrap(), "old");
+    let left = std::fs::read_dir(folder.path()).unwrap().count();
+    assert_eq!(left, 3, "no temporary file stays");
+}
