@@ -1,4 +1,5 @@
-//! Holds the image to `image_budgets.toml`: memory and instructions for the paper's network.
+//! Holds the image to `image_budgets.toml`: memory and instructions for the paper's network
+//! and for the recursive model.
 
 use std::time::Duration;
 
@@ -39,12 +40,12 @@ fn paper_sized_blob() -> Vec<u8> {
     .unwrap()
 }
 
-#[test]
-fn the_image_stays_within_its_budgets() {
-    let bytes = paper_sized_blob();
+/// The image around `bytes` over one flight, with each of `runs`: the passes of the tracker and the
+/// table of limits.
+fn assert_within_budgets(bytes: &[u8], runs: &[(u16, &str)]) {
     let image = tempfile::NamedTempFile::new().unwrap();
     let toolchain = Toolchain::find(ToolchainChoice::Auto).unwrap_or_else(|e| panic!("{e}"));
-    build_image(&toolchain, &bytes, image.path()).unwrap_or_else(|e| panic!("{e}"));
+    build_image(&toolchain, bytes, image.path()).unwrap_or_else(|e| panic!("{e}"));
 
     let flight = generate(&GeneratorSettings {
         flights: 1,
@@ -54,32 +55,51 @@ fn the_image_stays_within_its_budgets() {
     .remove(0);
     let (noise, table) = (NoiseLevel::Medium, NoiseTable::Radians);
     let radar = RadarSettings::paper(noise, table, SamplingRate::THREE_QUARTERS, 1);
-    let blob = Blob::parse(&bytes).unwrap();
-    let mut session = ImageSession::boot(image.path(), Duration::from_secs(120)).unwrap();
     let steps = record(&flight, &radar);
-    let comparison = compare(&mut session, blob, Settings::of(&blob), &steps).unwrap();
-    assert_eq!(comparison.identical, steps.len());
-    let budget = session.budget().unwrap();
-    let ticks = |ticks| Spread::of(ticks).unwrap().max;
-
-    let figures = [
-        (
-            "code_bytes",
-            budget.flash_bytes - session.ready().blob_bytes,
-        ),
-        ("blob_bytes", session.ready().blob_bytes),
-        ("ram_static_bytes", budget.ram_static_bytes),
-        ("stack_bytes", budget.stack_bytes_max),
-        ("instructions_step", ticks(&comparison.ticks_measured)),
-        ("instructions_coast", ticks(&comparison.ticks_coasted)),
-    ];
+    let blob = Blob::parse(bytes).unwrap();
     let limits: toml::Table = include_str!("image_budgets.toml").parse().unwrap();
-    assert_eq!(limits.len(), figures.len(), "one limit for every figure");
-    for (name, figure) in figures {
-        let limit = limits[name].as_integer().unwrap();
-        assert!(
-            i64::from(figure) <= limit,
-            "{name}: {figure} is over the budget of {limit}; all: {figures:?}"
-        );
+    for &(passes, name) in runs {
+        let settings = Settings {
+            passes,
+            ..Settings::of(&blob)
+        };
+        let mut session = ImageSession::boot(image.path(), Duration::from_secs(120)).unwrap();
+        let comparison = compare(&mut session, blob, settings, &steps).unwrap();
+        assert_eq!(comparison.identical, steps.len());
+        let budget = session.budget().unwrap();
+        let ticks = |ticks| Spread::of(ticks).unwrap().max;
+
+        let figures = [
+            (
+                "code_bytes",
+                budget.flash_bytes - session.ready().blob_bytes,
+            ),
+            ("blob_bytes", session.ready().blob_bytes),
+            ("ram_static_bytes", budget.ram_static_bytes),
+            ("stack_bytes", budget.stack_bytes_max),
+            ("instructions_step", ticks(&comparison.ticks_measured)),
+            ("instructions_coast", ticks(&comparison.ticks_coasted)),
+        ];
+        let limits = limits[name].as_table().unwrap();
+        assert_eq!(limits.len(), figures.len(), "one limit for every figure");
+        for (figure_name, figure) in figures {
+            let limit = limits[figure_name].as_integer().unwrap();
+            assert!(
+                i64::from(figure) <= limit,
+                "{name}, {figure_name}: {figure} is over the budget of {limit}; all: {figures:?}"
+            );
+        }
     }
+}
+
+#[test]
+fn the_papers_network_stays_within_its_budgets() {
+    assert_within_budgets(&paper_sized_blob(), &[(100, "memoryless")]);
+}
+
+#[test]
+fn the_recursive_model_stays_within_its_budgets() {
+    let model = include_bytes!("../models/recursive.bnkf");
+    let runs = [(1, "recursive"), (16, "recursive_16_passes")];
+    assert_within_budgets(model, &runs);
 }

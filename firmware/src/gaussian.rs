@@ -16,7 +16,7 @@ const LAYER_AREA: f64 = 9.912_563_035_262_17e-3;
 const ABSCISSA_SCALE: f64 = 8_388_608.0;
 
 struct Tables {
-    /// Below this magnitude the 24-bit abscissa lies inside the layer.
+    /// Below this magnitude the abscissa lies inside the layer; both in the upper 24 bits.
     inside: [u32; LAYERS],
     /// 24-bit abscissa to sample.
     width: [f32; LAYERS],
@@ -45,7 +45,7 @@ const fn tables() -> Tables {
     };
     let mut i = 0;
     while i < LAYERS {
-        tables.inside[i] = (edge[i + 1] / edge[i] * ABSCISSA_SCALE) as u32;
+        tables.inside[i] = ((edge[i + 1] / edge[i] * ABSCISSA_SCALE) as u32) << 8;
         tables.width[i] = (edge[i] / ABSCISSA_SCALE) as f32;
         tables.density[i] = density(edge[i]) as f32;
         i += 1;
@@ -59,14 +59,36 @@ static TABLES: Tables = tables();
 /// One sample of the standard normal distribution.
 #[inline]
 pub fn standard_normal(rng: &mut impl Rng) -> f32 {
-    let bits = rng.next_u32();
+    let [x] = standard_normals(rng);
+    x
+}
+
+/// `N` independent samples of the standard normal distribution.
+///
+/// Their words are drawn one after the other, which keeps the generator in registers; what one of
+/// them needs beyond is drawn after all of them.
+#[inline]
+pub fn standard_normals<const N: usize>(rng: &mut impl Rng) -> [f32; N] {
+    let words: [u32; N] = core::array::from_fn(|_| rng.next_u32());
+    words.map(|bits| {
+        let (layer, x, inside) = candidate(bits);
+        if inside {
+            x
+        } else {
+            outside_the_layer(rng, layer, x)
+        }
+    })
+}
+
+/// The layer that `bits` name, the sample, and whether it certainly lies under the density.
+#[inline]
+fn candidate(bits: u32) -> (usize, f32, bool) {
     let layer = (bits & 127) as usize;
-    let abscissa = (bits as i32) >> 8;
-    let x = abscissa as f32 * TABLES.width[layer];
-    if abscissa.unsigned_abs() < TABLES.inside[layer] {
-        return x;
-    }
-    outside_the_layer(rng, layer, x)
+    let signed = bits as i32;
+    let x = (signed >> 8) as f32 * TABLES.width[layer];
+    // The magnitude, or one less for a negative number.
+    let magnitude = (signed ^ (signed >> 31)) as u32;
+    (layer, x, magnitude < TABLES.inside[layer])
 }
 
 #[cold]
@@ -80,11 +102,9 @@ fn outside_the_layer(rng: &mut impl Rng, mut layer: usize, mut x: f32) -> f32 {
         if outer + (inner - outer) * uniform(rng) < libm::expf(-0.5 * x * x) {
             return x;
         }
-        let bits = rng.next_u32();
-        layer = (bits & 127) as usize;
-        let abscissa = (bits as i32) >> 8;
-        x = abscissa as f32 * TABLES.width[layer];
-        if abscissa.unsigned_abs() < TABLES.inside[layer] {
+        let inside;
+        (layer, x, inside) = candidate(rng.next_u32());
+        if inside {
             return x;
         }
     }

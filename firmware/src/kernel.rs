@@ -24,6 +24,10 @@ const WORDS: usize = WIDTH_MAX / 2;
 const VALUE_MAX: f32 = 32_767.0;
 /// Largest quantised squared activation (12 bits).
 const SQUARE_MAX: f32 = 4_095.0;
+/// Quantised square of a quantised activation of 1.
+const SQUARE_STEP: f32 = SQUARE_MAX / (VALUE_MAX * VALUE_MAX);
+/// 1.5 * 2^23: adding it leaves the rounded integer in the low mantissa bits.
+const ROUNDER: f32 = 12_582_912.0;
 /// Largest decoded variance (13 bits). With 12-bit squares and [`WIDTH_MAX`] inputs the sum of
 /// products stays below 2^31.
 const VARIANCE_MAX: u16 = 8_191;
@@ -70,11 +74,10 @@ impl<const L: usize> Packed<L> {
     /// largest magnitude of each pass. A pass that holds NaN or infinity gets a scale of NaN or
     /// infinity, so that it cannot come out as a number.
     pub fn pack(&mut self, activations: &[[f32; L]]) {
+        let largest = largest_magnitudes(activations);
         let mut inverse = [0.0; L];
         for lane in 0..L {
-            // Magnitudes order like their bits, and what is not finite comes out on top.
-            let magnitude = |row: &[f32; L]| row[lane].to_bits() & 0x7FFF_FFFF;
-            let largest = f32::from_bits(activations.iter().map(magnitude).max().unwrap_or(0));
+            let largest = largest[lane];
             inverse[lane] = if largest > f32::MIN_POSITIVE && largest < f32::INFINITY {
                 VALUE_MAX / largest
             } else {
@@ -83,26 +86,7 @@ impl<const L: usize> Packed<L> {
             self.value_scale[lane] = largest / VALUE_MAX;
             self.variance_scale[lane] = largest * largest / (SQUARE_MAX * VARIANCE_MAX as f32);
         }
-        for (group, words) in activations.chunks(4).zip(
-            self.values
-                .chunks_exact_mut(2)
-                .zip(self.squares.chunks_exact_mut(2)),
-        ) {
-            let (values, squares) = words;
-            for lane in 0..L {
-                let mut quantised = [0_u32; 4];
-                let mut squared = [0_u32; 4];
-                for (i, row) in group.iter().enumerate() {
-                    let q = row[lane] * inverse[lane];
-                    quantised[i] = round(q);
-                    squared[i] = round(q * q * (SQUARE_MAX / (VALUE_MAX * VALUE_MAX)));
-                }
-                values[0][lane] = halves(quantised[0], quantised[2]);
-                values[1][lane] = halves(quantised[1], quantised[3]);
-                squares[0][lane] = halves(squared[0], squared[2]);
-                squares[1][lane] = halves(squared[1], squared[3]);
-            }
-        }
+        quantise(activations, &inverse, &mut self.values, &mut self.squares);
     }
 
     /// Sum over inputs of mean code times activation, in units of the channel scale.
@@ -114,12 +98,18 @@ impl<const L: usize> Packed<L> {
         core::array::from_fn(|lane| sums[lane] as f32 * self.value_scale[lane])
     }
 
-    /// Sum over inputs of variance times squared activation, in units of the layer's largest
-    /// variance. Variances below 1/16,000 of the largest count as zero here.
+    /// [`Packed::dot_means`] of `means`, and the sum over inputs of variance times squared
+    /// activation, in units of the layer's largest variance. Variances below 1/16,000 of the
+    /// largest count as zero here.
+    ///
+    /// Both rows are equally long and padded with zeros to a multiple of four.
     #[inline]
-    pub fn dot_variances(&self, row: &[u8]) -> [f32; L] {
-        let sums = dot_variances(row, &self.squares);
-        core::array::from_fn(|lane| sums[lane] as f32 * self.variance_scale[lane])
+    pub fn dots(&self, means: &[u8], codes: &[u8]) -> ([f32; L], [f32; L]) {
+        let [means, variances] = dots(means, codes, &self.values, &self.squares);
+        (
+            core::array::from_fn(|lane| means[lane] as f32 * self.value_scale[lane]),
+            core::array::from_fn(|lane| variances[lane] as f32 * self.variance_scale[lane]),
+        )
     }
 }
 
@@ -129,11 +119,71 @@ impl<const L: usize> Default for Packed<L> {
     }
 }
 
+/// Largest magnitude of each pass; infinity or NaN if there is one.
+#[inline]
+fn largest_magnitudes<const L: usize>(activations: &[[f32; L]]) -> [f32; L] {
+    #[cfg(arm_dsp)]
+    if L == 4 {
+        let largest = four_lanes::largest_magnitudes(activations.as_flattened());
+        return core::array::from_fn(|lane| f32::from_bits(largest[lane]));
+    }
+    core::array::from_fn(|lane| {
+        // Magnitudes order like their bits, and what is not finite comes out on top.
+        let magnitude = |row: &[f32; L]| row[lane].to_bits() & 0x7FFF_FFFF;
+        f32::from_bits(activations.iter().map(magnitude).max().unwrap_or(0))
+    })
+}
+
+/// Writes the words of `activations` times `inverse`, and of their squares, rounded; zeros stand
+/// for the inputs that a last group lacks.
+#[inline]
+fn quantise<const L: usize>(
+    activations: &[[f32; L]],
+    inverse: &[f32; L],
+    values: &mut [[u32; L]],
+    squares: &mut [[u32; L]],
+) {
+    #[cfg(arm_vfp)]
+    let (activations, values, squares) = if L == 4 {
+        let groups = activations.len() / 4;
+        let (whole, rest) = activations.split_at(4 * groups);
+        let (values, rest_values) = values.split_at_mut(2 * groups);
+        let (squares, rest_squares) = squares.split_at_mut(2 * groups);
+        four_lanes::quantise(
+            whole.as_flattened(),
+            inverse,
+            values.as_flattened_mut(),
+            squares.as_flattened_mut(),
+        );
+        (rest, rest_values, rest_squares)
+    } else {
+        (activations, values, squares)
+    };
+    for (group, words) in activations
+        .chunks(4)
+        .zip(values.chunks_exact_mut(2).zip(squares.chunks_exact_mut(2)))
+    {
+        let (values, squares) = words;
+        for lane in 0..L {
+            let mut quantised = [0_u32; 4];
+            let mut squared = [0_u32; 4];
+            for (i, row) in group.iter().enumerate() {
+                let q = row[lane] * inverse[lane];
+                quantised[i] = round(q);
+                squared[i] = round(q * q * SQUARE_STEP);
+            }
+            values[0][lane] = halves(quantised[0], quantised[2]);
+            values[1][lane] = halves(quantised[1], quantised[3]);
+            squares[0][lane] = halves(squared[0], squared[2]);
+            squares[1][lane] = halves(squared[1], squared[3]);
+        }
+    }
+}
+
 /// Nearest integer of |x| < 2^15, ties to even, as the low half of a word in two's complement.
 #[inline]
 fn round(x: f32) -> u32 {
-    // Adding 1.5 * 2^23 leaves the rounded integer in the low mantissa bits.
-    (x + 12_582_912.0).to_bits() & 0xFFFF
+    (x + ROUNDER).to_bits() & 0xFFFF
 }
 
 #[inline]
@@ -141,14 +191,27 @@ fn halves(low: u32, high: u32) -> u32 {
     low | high << 16
 }
 
+/// Integer sums of the int8 codes `means` times the halves of `values`, and of the decoded
+/// variances `codes` times the halves of `squares`.
+#[inline]
+fn dots<const L: usize>(
+    means: &[u8],
+    codes: &[u8],
+    values: &[[u32; L]],
+    squares: &[[u32; L]],
+) -> [[i32; L]; 2] {
+    #[cfg(any(target_arch = "x86_64", arm_dsp))]
+    if L == 4 {
+        let (values, squares) = (values.as_flattened(), squares.as_flattened());
+        let sums = four_lanes::dots(means, codes, values, squares);
+        return sums.map(|sums| core::array::from_fn(|lane| sums[lane]));
+    }
+    [dot_means(means, values), dot_variances(codes, squares)]
+}
+
 /// Integer sums of int8 codes times the halves of `words`.
 #[inline]
 fn dot_means<const L: usize>(row: &[u8], words: &[[u32; L]]) -> [i32; L] {
-    #[cfg(any(target_arch = "x86_64", arm_dsp))]
-    if L == 4 {
-        let sums = four_lanes::dot_means(row, words.as_flattened());
-        return core::array::from_fn(|lane| sums[lane]);
-    }
     let mut sums = [0_i32; L];
     for (codes, words) in row.as_chunks().0.iter().zip(words.chunks_exact(2)) {
         let codes = load(codes);
@@ -161,11 +224,6 @@ fn dot_means<const L: usize>(row: &[u8], words: &[[u32; L]]) -> [i32; L] {
 /// Integer sums of decoded variances times the halves of `words`.
 #[inline]
 fn dot_variances<const L: usize>(row: &[u8], words: &[[u32; L]]) -> [i32; L] {
-    #[cfg(any(target_arch = "x86_64", arm_dsp))]
-    if L == 4 {
-        let sums = four_lanes::dot_variances(row, words.as_flattened());
-        return core::array::from_fn(|lane| sums[lane]);
-    }
     let mut sums = [0_i32; L];
     for (codes, words) in row.chunks_exact(4).zip(words.chunks_exact(2)) {
         let v = |i: usize| u32::from(VARIANCES[usize::from(codes[i])]);
@@ -254,6 +312,24 @@ pub fn sqrt(x: f32) -> f32 {
     libm::sqrtf(x)
 }
 
+/// GELU of four numbers, as [`crate::activation::gelu`] interpolates it in `table`.
+#[cfg(arm_vfp)]
+#[inline]
+pub fn gelus(x: [f32; 4], table: &[[f32; 2]; crate::activation::ENTRIES]) -> [f32; 4] {
+    four_lanes::gelus(x, table)
+}
+
+/// [`sqrt`] of each of four numbers.
+#[inline]
+pub fn square_roots(x: [f32; 4]) -> [f32; 4] {
+    #[cfg(arm_vfp)]
+    {
+        four_lanes::square_roots(x)
+    }
+    #[cfg(not(arm_vfp))]
+    x.map(libm::sqrtf)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -277,9 +353,8 @@ mod tests {
                 };
                 *word = halves(half(&mut rng), half(&mut rng)) ^ sign;
             }
-            let means = dot_means(&row, &words);
             let squares = words.map(|lanes| lanes.map(|word| word & 0x0FFF_0FFF));
-            let variances = dot_variances(&row, &squares);
+            let [means, variances] = dots(&row, &row, &words, &squares);
             for lane in 0..4 {
                 let (mut mean, mut variance) = (0_i64, 0_i64);
                 for input in 0..WIDTH_MAX {
@@ -313,8 +388,7 @@ mod tests {
             let stride = inputs.next_multiple_of(4);
             let mut packed = Packed::<4>::new();
             packed.pack(activations);
-            let means = packed.dot_means(&row[..stride]);
-            let variances = packed.dot_variances(&codes[..stride]);
+            let (means, variances) = packed.dots(&row[..stride], &codes[..stride]);
             for lane in 0..4 {
                 let (mut mean, mut mean_size, mut variance) = (0.0, 0.0, 0.0);
                 for i in 0..inputs {
@@ -339,12 +413,12 @@ mod tests {
         let row: [u8; 16] = core::array::from_fn(|_| rng.next_u32() as u8);
         let mut packed = Packed::<4>::new();
         packed.pack(&wide);
-        let together = (packed.dot_means(&row), packed.dot_variances(&row));
+        let together = packed.dots(&row, &row);
         for lane in 0..4 {
             let mut single = Packed::<1>::new();
             single.pack(&wide.map(|x| [x[lane]]));
             assert_eq!(together.0[lane], single.dot_means(&row)[0]);
-            assert_eq!(together.1[lane], single.dot_variances(&row)[0]);
+            assert_eq!(together.1[lane], single.dots(&row, &row).1[0]);
         }
     }
 
@@ -361,7 +435,7 @@ mod tests {
     fn zero_activations_give_zero() {
         let mut packed = Packed::<2>::new();
         packed.pack(&[[0.0, 1.0]; 5]);
-        assert_eq!(packed.dot_means(&[127; 8])[0], 0.0);
-        assert_eq!(packed.dot_variances(&[255; 8])[0], 0.0);
+        let (means, variances) = packed.dots(&[127; 8], &[255; 8]);
+        assert_eq!((means[0], variances[0]), (0.0, 0.0));
     }
 }

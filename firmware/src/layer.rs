@@ -26,11 +26,12 @@ pub fn moments<const L: usize>(
         let scale = layer.channel_scale.get(output);
         let bias_mean = layer.bias_mean.get(output);
         let bias_variance = layer.bias_variance.get(output);
-        let mean = packed.dot_means(means).map(|dot| dot * scale + bias_mean);
-        let variance = packed
-            .dot_variances(codes)
-            .map(|dot| dot * layer.variance_max + bias_variance);
-        each(output, mean, variance);
+        let (mean, variance) = packed.dots(means, codes);
+        each(
+            output,
+            mean.map(|dot| dot * scale + bias_mean),
+            variance.map(|dot| dot * layer.variance_max + bias_variance),
+        );
     }
 }
 

@@ -1,10 +1,10 @@
 //! Layers over a blob plus a caller-owned scratch: one forward pass, or four Monte Carlo passes.
 
-use crate::activation::gelu;
+use crate::activation::{gelu, gelus};
 use crate::blob::NetworkView;
 use crate::blob::field::WIDTH_MAX;
-use crate::gaussian::standard_normal;
-use crate::kernel::{Packed, sqrt};
+use crate::gaussian::standard_normals;
+use crate::kernel::{Packed, sqrt, square_roots};
 use crate::layer;
 use rand_core::Rng;
 
@@ -108,21 +108,18 @@ impl<'a> Network<'a> {
         let last = self.view.layers() - 1;
         let mut outputs = self.view.layer(0).outputs;
         for (slot, &(mean, sigma)) in activations.iter_mut().zip(first.iter()).take(outputs) {
-            for activation in slot.iter_mut() {
-                let drawn = mean + sigma * standard_normal(rng);
-                *activation = if last > 0 { gelu(drawn) } else { drawn };
-            }
+            let drawn = standard_normals(rng).map(|normal| mean + sigma * normal);
+            *slot = if last > 0 { gelus(drawn) } else { drawn };
         }
         for index in 1..=last {
             let layer = self.view.layer(index);
             outputs = layer.outputs;
             packed.pack(&activations[..layer.inputs]);
             layer::moments(&layer, packed, |output, mean, variance| {
-                let slot = &mut activations[output];
-                for lane in 0..LANES {
-                    let drawn = mean[lane] + sqrt(variance[lane]) * standard_normal(rng);
-                    slot[lane] = if index < last { gelu(drawn) } else { drawn };
-                }
+                let sigma = square_roots(variance);
+                let normals: [f32; LANES] = standard_normals(rng);
+                let drawn = core::array::from_fn(|lane| mean[lane] + sigma[lane] * normals[lane]);
+                activations[output] = if index < last { gelus(drawn) } else { drawn };
             });
         }
         &activations[..outputs]

@@ -6,17 +6,14 @@ use core::arch::x86_64::{
     _mm_unpacklo_epi8,
 };
 
-/// Sums of int8 codes times the halves of `words`, two words of four lanes for every group of
-/// four codes.
+/// Sums of the int8 codes `means` times the halves of `values`, and of the decoded variances
+/// `codes` times the halves of `squares`; two words of four lanes for every group of four codes.
 #[inline]
-pub fn dot_means(row: &[u8], words: &[u32]) -> [i32; 4] {
-    dot(row, words, signed_codes)
-}
-
-/// Sums of decoded variances times the halves of `words`, laid out as in [`dot_means`].
-#[inline]
-pub fn dot_variances(row: &[u8], words: &[u32]) -> [i32; 4] {
-    dot(row, words, variances)
+pub fn dots(means: &[u8], codes: &[u8], values: &[u32], squares: &[u32]) -> [[i32; 4]; 2] {
+    [
+        dot(means, values, signed_codes),
+        dot(codes, squares, variances),
+    ]
 }
 
 /// Sums over groups of four codes; `decode` turns a group into its two pairs, in the lowest
