@@ -25,6 +25,7 @@ pub mod plot;
 pub mod progress;
 pub mod qemu;
 pub mod radar;
+pub mod replication;
 pub mod report;
 pub mod results_json;
 pub mod roster;

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use bnkf_host_sim::cmd::{demo, evaluate, image};
+use bnkf_host_sim::cmd::{demo, evaluate, image, replicate};
 use clap::{Parser, Subcommand};
 
 /// Simulated measurement loop of the Bayesian neural Kalman tracker.
@@ -21,6 +21,7 @@ struct Cli {
 enum Command {
     Evaluate(evaluate::Args),
     Image(image::Args),
+    Replicate(replicate::Args),
 }
 
 fn main() -> ExitCode {
@@ -29,6 +30,7 @@ fn main() -> ExitCode {
         None => exit_code(demo::run(&cli.demo)),
         Some(Command::Evaluate(args)) => exit_code(evaluate::run(&args)),
         Some(Command::Image(args)) => exit_code(image::run(&args)),
+        Some(Command::Replicate(args)) => exit_code(replicate::run(&args)),
     }
 }
 

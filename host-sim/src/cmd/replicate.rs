@@ -1,0 +1,225 @@
+//! `host-sim replicate`: the paper as written, as its code does it, and what lies between.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use bnkf_model_export::atomic_file::{self, AtomicWriteError};
+use bnkf_model_export::command_line::command_line;
+use bnkf_model_export::data_hash;
+use bnkf_model_export::flight::Flight;
+use bnkf_model_export::flight_set::{FlightSet, FlightSetError, Preparation};
+use bnkf_model_export::generator::{GeneratorError, GeneratorSettings, generate};
+use bnkf_model_export::segment::PAPER_SEGMENT_S;
+use bnkf_model_export::volume::Volume;
+
+use crate::progress;
+use crate::replication::entry::entries;
+use crate::replication::page::page;
+use crate::replication::results::{Provenance, Results};
+use crate::replication::study::{FOLDS, Study, StudyError};
+
+/// Flights and epochs of a full and of a quick run.
+const FLIGHTS: usize = 300;
+const FLIGHTS_QUICK: usize = 60;
+const EPOCHS: u32 = 40;
+const EPOCHS_QUICK: u32 = 12;
+
+/// Replicates the paper twice and measures every difference between text and code.
+///
+/// Trains BNN, BNKF and BNKFe as the paper describes them and as its published code makes them,
+/// then BNKF with each difference switched by itself; beside them the paper's EKF and UKF, the
+/// converted measurement, and the reading's direction at a constant range. Writes a page, a CSV
+/// and a JSON file.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Args {
+    /// Folder of flight files (.csv or .txt: timestamp,tx,ty,tz), or one file [default: generated
+    /// flights]
+    #[arg(long, value_name = "PATH", conflicts_with = "builtin")]
+    pub flights: Option<PathBuf>,
+    /// Moves every segment at random (yaw, mirror, shift) into the paper's volume
+    #[arg(long, requires = "flights")]
+    pub place: bool,
+    /// Length of the segments that flights are cut into, seconds; 0 keeps them whole
+    #[arg(long, value_name = "S", default_value_t = PAPER_SEGMENT_S, requires = "flights")]
+    pub segment_s: f64,
+    /// Number of generated flights [default: 300, with --quick 60]
+    #[arg(long, value_name = "N")]
+    pub builtin: Option<usize>,
+    /// Rough figures in about a minute: fewer flights and epochs
+    #[arg(long)]
+    pub quick: bool,
+    /// Training epochs of every network [default: 40, with --quick 12]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub epochs: Option<u32>,
+    /// Monte Carlo passes per estimate
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u16).range(8..=10_000))]
+    pub passes: u16,
+    /// Seed of flights, placement, radar noise, training and Monte Carlo passes
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Folder for replication.json and replication.csv; made if it is missing
+    #[arg(long, value_name = "DIR", default_value = "out/replication")]
+    pub out: PathBuf,
+    /// The page; what stands around the tables of an existing one is kept
+    /// [default: replication.md in the folder]
+    #[arg(long, value_name = "FILE")]
+    pub page: Option<PathBuf>,
+}
+
+/// Why a replication failed.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplicateError {
+    /// No flights.
+    #[error(transparent)]
+    Flights(#[from] FlightSetError),
+    /// Flights cannot be generated.
+    #[error("generated flights: {0}")]
+    Generator(#[from] GeneratorError),
+    /// Training or scoring failed.
+    #[error(transparent)]
+    Study(#[from] StudyError),
+    /// The folder cannot be made.
+    #[error("{}: {cause}", path.display())]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+    /// The old page cannot be read.
+    #[error("{}: {cause}", path.display())]
+    Page {
+        /// The page.
+        path: PathBuf,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+    /// A result cannot be written.
+    #[error(transparent)]
+    Write(#[from] AtomicWriteError),
+    /// Standard output was closed.
+    #[error("standard output: {0}")]
+    Output(#[from] std::io::Error),
+}
+
+/// Flights of a run and where they came from.
+struct Data {
+    segments: Vec<Flight>,
+    source: String,
+    sha256: String,
+    unplaced: Vec<String>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// See [`ReplicateError`].
+pub fn run(args: &Args) -> Result<(), ReplicateError> {
+    // Before the run, not after it: a place that cannot be written to, a page that cannot be read.
+    let folder = |path: &Path| {
+        std::fs::create_dir_all(path).map_err(|cause| ReplicateError::Folder {
+            path: path.to_owned(),
+            cause,
+        })
+    };
+    folder(&args.out)?;
+    let page_path = args
+        .page
+        .clone()
+        .unwrap_or_else(|| args.out.join("replication.md"));
+    if let Some(parent) = page_path.parent() {
+        folder(parent)?;
+    }
+    let existing = read_page(&page_path)?;
+    let data = flights(args)?;
+    for reason in &data.unplaced {
+        eprintln!("warning: left out: {reason}");
+    }
+    let mut recordings: Vec<&str> = data.segments.iter().map(|f| f.source.as_str()).collect();
+    recordings.sort_unstable();
+    recordings.dedup();
+    let recordings = recordings.len();
+    let entries = entries(recordings < data.segments.len());
+    let study = Study {
+        flights: data.segments,
+        epochs: args
+            .epochs
+            .unwrap_or(if args.quick { EPOCHS_QUICK } else { EPOCHS }),
+        passes: usize::from(args.passes),
+        seed: args.seed,
+    };
+    let bar = progress::bar(study.units(&entries) as usize, "Replicating");
+    let cells = study.run(&entries, &|units| bar.inc(units));
+    bar.finish_and_clear();
+    let provenance = Provenance {
+        command: command_line("host-sim"),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        tree: env!("BNKF_TREE").to_owned(),
+        seed: args.seed,
+        data: data.source,
+        data_sha256: data.sha256,
+        flights: study.flights.len(),
+        recordings,
+        unplaced: data.unplaced.len(),
+        folds: FOLDS,
+        epochs: study.epochs,
+        passes: study.passes,
+        quick: args.quick,
+    };
+    let results = Results::new(provenance, &entries, cells?);
+    let text = page(existing.as_deref(), &results);
+    let files = [
+        (args.out.join("replication.json"), results.json()),
+        (args.out.join("replication.csv"), results.csv().into_bytes()),
+        (page_path, text.clone().into_bytes()),
+    ];
+    let mut stdout = std::io::stdout();
+    writeln!(stdout, "{text}")?;
+    for (path, bytes) in files {
+        atomic_file::write(&path, &bytes)?;
+        writeln!(stdout, "{}", path.display())?;
+    }
+    Ok(())
+}
+
+fn read_page(path: &Path) -> Result<Option<String>, ReplicateError> {
+    match std::fs::read_to_string(path) {
+        Ok(text) => Ok(Some(text)),
+        Err(cause) if cause.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(cause) => Err(ReplicateError::Page {
+            path: path.to_owned(),
+            cause,
+        }),
+    }
+}
+
+fn flights(args: &Args) -> Result<Data, ReplicateError> {
+    if let Some(path) = &args.flights {
+        let preparation = Preparation {
+            segment_s: args.segment_s,
+            volume: args.place.then_some(Volume::PAPER),
+            radar_m: [0.0; 3],
+            seed: args.seed,
+        };
+        let set = FlightSet::read(path, &preparation)?;
+        return Ok(Data {
+            segments: set.segments,
+            source: path.display().to_string(),
+            sha256: set.sha256,
+            unplaced: set.unplaced,
+        });
+    }
+    let count = if args.quick { FLIGHTS_QUICK } else { FLIGHTS };
+    let settings = GeneratorSettings {
+        flights: args.builtin.unwrap_or(count),
+        seed: args.seed,
+        ..GeneratorSettings::default()
+    };
+    let segments = generate(&settings)?;
+    Ok(Data {
+        source: format!("built-in generator, seed {}", args.seed),
+        sha256: data_hash::of_flights(&segments),
+        segments,
+        unplaced: Vec::new(),
+    })
+}

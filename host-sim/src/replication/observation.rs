@@ -1,0 +1,80 @@
+//! What the replica's radar reports of a flight.
+
+use bnkf_model_export::flight::Flight;
+use bnkf_model_export::gaps::SamplingRate;
+use bnkf_model_export::noise::NoiseLevel;
+use bnkf_model_export::radar_sampling::{RadarSettings, sample_radar};
+use bnkf_model_export::reading::Reading;
+
+use super::departure::Departure;
+use super::recipe::Recipe;
+
+/// The readings of `flight`, one entry per sample, `None` in gaps; the first is always there.
+pub fn observe(
+    flight: &Flight,
+    recipe: &Recipe,
+    level: NoiseLevel,
+    rate: SamplingRate,
+    seed: u64,
+) -> Vec<Option<Reading>> {
+    let settings = RadarSettings::paper(level, recipe.noise_table(), rate, seed);
+    let mut readings = sample_radar(flight, &settings);
+    if recipe.departs(Departure::Binned) {
+        for reading in readings.iter_mut().flatten() {
+            reading.range_m = bin_middle(reading.range_m, reading.sigma_range_m);
+            reading.range_rate_mps =
+                bin_middle(reading.range_rate_mps, reading.sigma_range_rate_mps);
+        }
+    }
+    readings
+}
+
+/// The middle of the bin of `width` that `value` falls into; bins start at multiples of the width.
+fn bin_middle(value: f64, width: f64) -> f64 {
+    ((value / width).floor() + 0.5) * width
+}
+
+#[cfg(test)]
+mod tests {
+    use bnkf_model_export::gaps::SamplingRate;
+    use bnkf_model_export::generator::{GeneratorSettings, generate};
+    use bnkf_model_export::noise::NoiseLevel;
+
+    use super::{bin_middle, observe};
+    use crate::replication::departure::Departure;
+    use crate::replication::recipe::Recipe;
+
+    #[test]
+    fn bins_start_at_multiples_of_their_width() {
+        assert_eq!(bin_middle(34.9, 10.0), 35.0);
+        assert_eq!(bin_middle(-0.1, 100.0), -50.0);
+        assert_eq!(bin_middle(0.0, 100.0), 50.0);
+        assert_eq!(bin_middle(40.0, 10.0), 45.0);
+    }
+
+    #[test]
+    fn binning_moves_range_and_range_rate_by_half_a_sigma_at_most_and_nothing_else() {
+        let settings = GeneratorSettings {
+            flights: 1,
+            ..GeneratorSettings::default()
+        };
+        let flight = &generate(&settings).unwrap()[0];
+        let draw =
+            |recipe: Recipe| observe(flight, &recipe, NoiseLevel::Medium, SamplingRate::HALF, 5);
+        let plain = draw(Recipe::PAPER);
+        let binned = draw(Recipe::PAPER.with(Departure::Binned));
+        let mut moved = 0;
+        for (plain, binned) in plain.iter().zip(&binned) {
+            let (Some(plain), Some(binned)) = (plain, binned) else {
+                assert!(plain.is_none() && binned.is_none());
+                continue;
+            };
+            assert!((plain.range_m - binned.range_m).abs() <= 5.0);
+            assert!((binned.range_m / 10.0 - 0.5).fract().abs() < 1e-12);
+            assert!((plain.range_rate_mps - binned.range_rate_mps).abs() <= 0.05 + 1e-12);
+            assert_eq!(plain.azimuth_rad, binned.azimuth_rad);
+            moved += usize::from(plain.range_m != binned.range_m);
+        }
+        assert!(moved > 50, "{moved}");
+    }
+}
