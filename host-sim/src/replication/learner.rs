@@ -1,5 +1,5 @@
 //! Trains one variational network as the paper or its code does: mean squared error plus a
-//! divergence from the prior N(0, 0.01^2), Adam.
+//! divergence from the prior, Adam.
 
 use bnkf_model_export::architecture::Architecture;
 use bnkf_model_export::gaussian_weights::GaussianWeights;
@@ -9,8 +9,8 @@ use bnkf_model_export::random_source::RandomSource;
 use bnkf_model_export::rows::Rows;
 use bnkf_model_export::seed;
 
-/// Standard deviation of the prior of every weight, and of every weight before training.
-pub const PRIOR_SIGMA: f64 = 0.01;
+/// Standard deviation of every weight before training, and of the prior of the published code.
+pub const INITIAL_SIGMA: f64 = 0.01;
 /// Rows of a minibatch.
 pub const BATCH_ROWS: usize = 512;
 /// Learning rate at the start, the paper's; it falls to zero along half a cosine.
@@ -19,9 +19,15 @@ pub const RATE: f64 = 1e-3;
 /// Which weights the divergence is of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Divergence {
-    /// All; their sigmas are learned. With its factor in the loss.
-    All(f64),
-    /// The biases of the last layer, with factor 1; every sigma stays where it began.
+    /// All; their sigmas are learned.
+    All {
+        /// Its factor in the loss.
+        factor: f64,
+        /// Standard deviation of the prior.
+        prior_sigma: f64,
+    },
+    /// The biases of the last layer from N(0, 0.01^2), with factor 1; every sigma stays where it
+    /// began.
     LastBias,
 }
 
@@ -93,7 +99,7 @@ impl<'a> Learner<'a> {
     fn new(settings: &'a LearnerSettings) -> Self {
         let mut random = RandomSource::new(settings.seed, &[seed::name_id("initial weights")]);
         let weights =
-            GaussianWeights::random(&settings.architecture, PRIOR_SIGMA as f32, &mut random);
+            GaussianWeights::random(&settings.architecture, INITIAL_SIGMA as f32, &mut random);
         let tier = Tier::detect();
         Self {
             settings,
@@ -121,14 +127,24 @@ impl<'a> Learner<'a> {
         let biases = last.map_or(0, |layer| layer.bias(0));
         let parameters = self.weights.means.len();
         match self.settings.divergence {
-            Divergence::All(factor) => {
-                self.adam(0..parameters, adam_step(self.steps, progress, factor))
-            }
+            Divergence::All {
+                factor,
+                prior_sigma,
+            } => self.adam(
+                0..parameters,
+                adam_step(self.steps, progress, factor, prior_sigma),
+            ),
             Divergence::LastBias => {
                 // Without a gradient Adam leaves the log sigmas as they are.
                 self.gradient.by_variance.fill(0.0);
-                self.adam(0..biases, adam_step(self.steps, progress, 0.0));
-                self.adam(biases..parameters, adam_step(self.steps, progress, 1.0));
+                self.adam(
+                    0..biases,
+                    adam_step(self.steps, progress, 0.0, INITIAL_SIGMA),
+                );
+                self.adam(
+                    biases..parameters,
+                    adam_step(self.steps, progress, 1.0, INITIAL_SIGMA),
+                );
             }
         }
         loss
@@ -156,7 +172,7 @@ impl<'a> Learner<'a> {
 }
 
 /// Adam's usual constants at step `steps`, from 1.
-fn adam_step(steps: u64, progress: f64, kl_weight: f64) -> AdamStep {
+fn adam_step(steps: u64, progress: f64, kl_weight: f64, prior_sigma: f64) -> AdamStep {
     let (beta1, beta2) = (0.9, 0.999);
     let correction = |beta: f64| (1.0 / (1.0 - libm::pow(beta, steps as f64))) as f32;
     let cosine = 0.5 * (1.0 + libm::cos(std::f64::consts::PI * progress));
@@ -168,7 +184,7 @@ fn adam_step(steps: u64, progress: f64, kl_weight: f64) -> AdamStep {
         correction1: correction(beta1),
         correction2: correction(beta2),
         kl_weight: kl_weight as f32,
-        prior_precision: PRIOR_SIGMA.powi(-2) as f32,
+        prior_precision: prior_sigma.powi(-2) as f32,
     }
 }
 
@@ -178,7 +194,7 @@ mod tests {
     use bnkf_model_export::network_f64::NetworkF64;
     use bnkf_model_export::rows::Rows;
 
-    use super::{Divergence, Learner, LearnerSettings, PRIOR_SIGMA, train};
+    use super::{Divergence, INITIAL_SIGMA, Learner, LearnerSettings, train};
 
     fn settings(divergence: Divergence, epochs: u32) -> LearnerSettings {
         LearnerSettings {
@@ -187,6 +203,13 @@ mod tests {
             divergence,
             epochs,
             seed: 3,
+        }
+    }
+
+    fn all(factor: f64) -> Divergence {
+        Divergence::All {
+            factor,
+            prior_sigma: INITIAL_SIGMA,
         }
     }
 
@@ -206,7 +229,7 @@ mod tests {
     fn without_data_only_what_the_divergence_names_moves() {
         let rows = rows(0.0);
         let order: Vec<u32> = (0..100).collect();
-        for divergence in [Divergence::LastBias, Divergence::All(0.5)] {
+        for divergence in [Divergence::LastBias, all(0.5)] {
             let settings = settings(divergence, 1);
             let mut learner = Learner::new(&settings);
             let before = learner.weights.clone();
@@ -226,9 +249,9 @@ mod tests {
     fn the_codes_sigmas_stay_and_the_papers_are_learned() {
         let rows = rows(1.0);
         let code = train(&settings(Divergence::LastBias, 5), &rows, &mut || {}).unwrap();
-        let initial = (PRIOR_SIGMA as f32).ln();
+        let initial = (INITIAL_SIGMA as f32).ln();
         assert!(code.log_sigmas.iter().all(|s| *s == initial));
-        let paper = train(&settings(Divergence::All(1e-4), 5), &rows, &mut || {}).unwrap();
+        let paper = train(&settings(all(1e-4), 5), &rows, &mut || {}).unwrap();
         let moved = paper.log_sigmas.iter().filter(|s| **s != initial).count();
         assert_eq!(moved, paper.log_sigmas.len());
     }
@@ -256,9 +279,9 @@ mod tests {
             (squares.sum::<f64>() / rows.len() as f64).sqrt()
         };
         // The targets' own spread is 0.6.
-        let free = error(Divergence::All(1e-8));
+        let free = error(all(1e-8));
         assert!(free < 0.1, "{free}");
-        let bound = error(Divergence::All(1.0));
+        let bound = error(all(1.0));
         assert!(bound > 0.4, "{bound}");
     }
 

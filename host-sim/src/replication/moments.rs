@@ -45,7 +45,7 @@ impl Ensemble {
     }
 
     /// Sample mean and covariance of the passes, one for each row, in physical units. The errors of
-    /// separate networks are taken to be independent (paper Eq. 17).
+    /// separate networks are taken to be independent (paper Eq. 18).
     pub fn moments(&mut self, rows: &Rows, seed: u64) -> Vec<StateMoments> {
         let (count, passes) = (rows.len(), self.passes);
         let order: Vec<u32> = (0..count as u32)

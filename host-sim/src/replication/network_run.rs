@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::correction::{corrected, uncorrected};
 use super::departure::Departure;
 use super::entry::Estimator;
-use super::learner::{Divergence, LearnerSettings, train};
+use super::learner::{Divergence, INITIAL_SIGMA, LearnerSettings, train};
 use super::moments::{Ensemble, StateMoments};
 use super::observation::observe;
 use super::pair::{Pair, pairs};
@@ -69,7 +69,10 @@ impl NetworkRun<'_> {
                 first_target: index,
                 divergence: self.divergence(rows.len()),
                 epochs: self.study.epochs,
-                seed: self.seed("network", index as u64),
+                seed: self.seed(
+                    "network",
+                    2 * index as u64 + u64::from(self.recipe.other_luck),
+                ),
             };
             let unit = if self.per_output { 1 } else { 4 };
             members.push(train(&settings, &rows, &mut || advance(unit))?);
@@ -101,11 +104,19 @@ impl NetworkRun<'_> {
 
     fn divergence(&self, rows: usize) -> Divergence {
         if self.recipe.departs(Departure::LastBias) {
-            Divergence::LastBias
-        } else if self.recipe.divergence_per_row {
-            Divergence::All(1.0 / rows as f64)
-        } else {
-            Divergence::All(1.0)
+            return Divergence::LastBias;
+        }
+        Divergence::All {
+            factor: if self.recipe.divergence_per_row {
+                1.0 / rows as f64
+            } else {
+                1.0
+            },
+            prior_sigma: if self.recipe.unit_prior {
+                1.0
+            } else {
+                INITIAL_SIGMA
+            },
         }
     }
 

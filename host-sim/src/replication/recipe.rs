@@ -16,6 +16,11 @@ pub struct Recipe {
     /// The divergence is divided by the number of training rows, which makes the loss a bound on
     /// the evidence. Neither the paper nor its code does it.
     pub divergence_per_row: bool,
+    /// The prior is N(0, 1), as the paper's Eq. 14 prints it, not the code's N(0, 0.01^2).
+    pub unit_prior: bool,
+    /// Other initial weights, weight noise and order of rows on the same readings: what a
+    /// difference between two recipes has to be compared with.
+    pub other_luck: bool,
 }
 
 impl Recipe {
@@ -23,12 +28,16 @@ impl Recipe {
     pub const PAPER: Self = Self {
         departures: [false; Departure::ALL.len()],
         divergence_per_row: false,
+        unit_prior: false,
+        other_luck: false,
     };
 
     /// The published code: every departure.
     pub const REFERENCE_CODE: Self = Self {
         departures: [true; Departure::ALL.len()],
         divergence_per_row: false,
+        unit_prior: false,
+        other_luck: false,
     };
 
     /// Whether it departs from the paper there.
@@ -54,6 +63,20 @@ impl Recipe {
     #[must_use]
     pub fn with_divergence_per_row(mut self) -> Self {
         self.divergence_per_row = true;
+        self
+    }
+
+    /// The same with the prior N(0, 1).
+    #[must_use]
+    pub fn with_unit_prior(mut self) -> Self {
+        self.unit_prior = true;
+        self
+    }
+
+    /// The same with other initial weights, weight noise and order of rows.
+    #[must_use]
+    pub fn with_other_luck(mut self) -> Self {
+        self.other_luck = true;
         self
     }
 
