@@ -3,8 +3,8 @@
 
 use super::model::RecursiveModel;
 use super::score::Score;
+use super::step_programs::Programs;
 use super::trial::{Cell, TrackerScore};
-use super::unrolled::Programs;
 use crate::kernel::Tier;
 use bnkf::TrackerError;
 use bnkf::blob::Blob;

@@ -119,7 +119,8 @@ impl RecursiveModel {
 mod tests {
     use super::*;
     use crate::kernel::Tier;
-    use crate::recursive::network::{OUTPUT_COLUMNS, Pass};
+    use crate::recursive::network_shape::OUTPUT_COLUMNS;
+    use crate::recursive::pass::Pass;
 
     const POPULATION: Population = Population {
         range_m: 33.5,

@@ -2,11 +2,12 @@
 
 use super::batch::Batch;
 use super::carry::Carry;
-use super::correction::{cholesky, forward_substitute};
+use super::cholesky::{cholesky, forward_substitute};
 use super::encounter::Encounter;
 use super::lanes::LANES;
-use super::network::Weights;
-use super::unrolled::{Programs, Unrolled};
+use super::step_programs::Programs;
+use super::unrolled::Unrolled;
+use super::weights::Weights;
 use rayon::prelude::*;
 use serde::Serialize;
 

@@ -1,7 +1,8 @@
 //! One step of the recursive tracker: predict under a schedule, correct, remember.
 
 use super::carry::{CARRY, Carry, MEAN_TIMES_S, MEANS, MEASUREMENT, MEMORY, MEMORY_TIMES_S, STATE};
-use super::correction::{cholesky, correct, forward_substitute};
+use super::cholesky::{cholesky, forward_substitute};
+use super::correction::correct;
 use super::features::{FEATURES, Normalisation, features};
 use super::line_of_sight::LineOfSight;
 use super::motion::{Matrix, predict};

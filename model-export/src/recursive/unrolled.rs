@@ -4,14 +4,16 @@ use core::ops::Range;
 
 use super::batch::Batch;
 use super::carry::CARRY;
-use super::features::{FEATURES, Normalisation};
+use super::features::FEATURES;
 use super::lanes::{LANES, Lanes, ZERO};
-use super::network::{Gradient, OUTPUT_COLUMNS, Pass, Weights};
-use super::program::{Program, Workspace};
-use super::schedule::{Base, OUTPUTS};
-use super::step::{
-    ARRIVAL, FEATURE_INPUTS, FILTER_INPUTS, FILTER_OUTPUTS, feature_program, filter_program,
-};
+use super::network_gradient::Gradient;
+use super::network_shape::OUTPUT_COLUMNS;
+use super::pass::Pass;
+use super::program::Workspace;
+use super::schedule::OUTPUTS;
+use super::step::{ARRIVAL, FEATURE_INPUTS, FILTER_INPUTS, FILTER_OUTPUTS};
+use super::step_programs::Programs;
+use super::weights::Weights;
 use crate::kernel::Tier;
 use crate::seed::derive;
 
@@ -19,23 +21,6 @@ use crate::seed::derive;
 pub const LOSS_LIMIT: f64 = 60.0;
 /// Largest gradient of one flight's loss by one carried number that is handed back a step.
 const ADJOINT_LIMIT: f64 = 1e12;
-
-/// The two recorded programs of a step.
-#[derive(Clone, Debug)]
-pub struct Programs {
-    features: Program,
-    filter: Program,
-}
-
-impl Programs {
-    /// Records both.
-    pub fn new(base: &Base, normalisation: &Normalisation) -> Self {
-        Self {
-            features: feature_program(normalisation),
-            filter: filter_program(base),
-        }
-    }
-}
 
 /// Loss of one window over one shard.
 #[derive(Clone, Copy, Debug, Default)]
@@ -304,110 +289,4 @@ fn bound(adjoints: &mut [Lanes], scale: f64) {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::generator::{GeneratorSettings, generate};
-    use crate::recursive::network::{LAYERS, Network, PARAMETERS};
-    use crate::recursive::recipe::Recipe;
-    use crate::recursive::start::Population;
-
-    const STEPS: usize = 25;
-
-    fn batches() -> Vec<Batch> {
-        let settings = GeneratorSettings {
-            flights: 8,
-            ..GeneratorSettings::default()
-        };
-        let flights = generate(&settings).unwrap();
-        let population = Population::of(&flights).unwrap();
-        let encounters: Vec<_> = (0..2 * LANES)
-            .filter_map(|lane| Recipe::DEFAULT.encounter(&flights, &population, 0, lane))
-            .collect();
-        Batch::groups(&encounters)
-    }
-
-    fn network() -> Network {
-        let mut network = Network::new(7);
-        // A last layer that schedules something.
-        for i in PARAMETERS - 65 * OUTPUT_COLUMNS..PARAMETERS {
-            network.means[i] *= 10.0;
-        }
-        network
-    }
-
-    #[test]
-    fn the_gradient_of_a_window_is_the_slope_of_its_loss() {
-        assert_eq!(LAYERS, 5);
-        let programs = Programs::new(&Base::DRONE, &Normalisation::IDENTITY);
-        let (batches, network, tier) = (batches(), network(), Tier::detect());
-        let loss = |network: &Network, gradient: Option<&mut Gradient>| {
-            let weights = network.weights(tier, false);
-            let mut run = Unrolled::new(&programs, batches.len(), STEPS);
-            run.begin(&batches);
-            let loss = run.forward(&weights, &batches, 0..STEPS, 0);
-            assert_eq!(loss.lost, 0);
-            if let Some(gradient) = gradient {
-                run.backward(&weights, &batches, 0..STEPS, 1.0, gradient);
-            }
-            loss.sum
-        };
-        let mut gradient = Gradient::zeros();
-        loss(&network, Some(&mut gradient));
-        for seed in 0..4 {
-            // Along the gradient of a random quarter of the weights, so that the slope is large.
-            let chosen = |i: usize| derive(seed, &[i as u64]).is_multiple_of(4);
-            let by_mean = gradient.by_mean();
-            let norm = (0..PARAMETERS)
-                .filter(|&i| chosen(i))
-                .map(|i| f64::from(by_mean[i]).powi(2))
-                .sum::<f64>()
-                .sqrt();
-            let h = 2e-4;
-            let moved = |sign: f64| {
-                let mut moved = network.clone();
-                for i in (0..PARAMETERS).filter(|&i| chosen(i)) {
-                    moved.means[i] += (sign * h * f64::from(by_mean[i]) / norm) as f32;
-                }
-                loss(&moved, None)
-            };
-            let slope = (moved(1.0) - moved(-1.0)) / (2.0 * h);
-            assert!((slope / norm - 1.0).abs() < 0.02, "{slope} {norm}");
-        }
-    }
-
-    #[test]
-    fn two_windows_are_one() {
-        let programs = Programs::new(&Base::DRONE, &Normalisation::IDENTITY);
-        let (batches, tier) = (batches(), Tier::detect());
-        let weights = network().weights(tier, false);
-        let mut whole = Unrolled::new(&programs, batches.len(), STEPS);
-        whole.begin(&batches);
-        let once = whole.forward(&weights, &batches, 0..STEPS, 0);
-        let mut parts = Unrolled::new(&programs, batches.len(), STEPS);
-        parts.begin(&batches);
-        let first = parts.forward(&weights, &batches, 0..10, 0);
-        parts.roll(10);
-        let second = parts.forward(&weights, &batches, 10..STEPS, 0);
-        assert!((once.sum - first.sum - second.sum).abs() < 1e-9 * once.sum.abs());
-        assert_eq!(once.steps, first.steps + second.steps);
-        assert_eq!(whole.carry(STEPS, 1), parts.carry(STEPS - 10, 1));
-    }
-
-    #[test]
-    fn a_lost_flight_starts_anew_and_is_scored_no_more() {
-        let programs = Programs::new(&Base::DRONE, &Normalisation::IDENTITY);
-        let (mut batches, tier) = (batches(), Tier::detect());
-        batches[1].arrivals[3][1][2] = 1.0;
-        batches[1].arrivals[3][4][2] = f64::NAN;
-        let weights = network().weights(tier, false);
-        let mut run = Unrolled::new(&programs, batches.len(), STEPS);
-        run.begin(&batches);
-        let loss = run.forward(&weights, &batches, 0..10, 0);
-        assert_eq!(loss.lost, 1);
-        assert!(loss.sum.is_finite());
-        assert_eq!(loss.steps, (2 * LANES * 10 - 7) as f64);
-        let mut gradient = Gradient::zeros();
-        run.backward(&weights, &batches, 0..10, 1.0, &mut gradient);
-        assert!(gradient.by_mean().iter().all(|g| g.is_finite()));
-    }
-}
+mod tests;

@@ -1,0 +1,23 @@
+//! One step of the filter as the two programs that a window repeats: before the network, after it.
+
+use super::features::Normalisation;
+use super::program::Program;
+use super::schedule::Base;
+use super::step::{feature_program, filter_program};
+
+/// The two recorded programs of a step.
+#[derive(Clone, Debug)]
+pub struct Programs {
+    pub(super) features: Program,
+    pub(super) filter: Program,
+}
+
+impl Programs {
+    /// Records both.
+    pub fn new(base: &Base, normalisation: &Normalisation) -> Self {
+        Self {
+            features: feature_program(normalisation),
+            filter: filter_program(base),
+        }
+    }
+}
