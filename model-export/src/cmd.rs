@@ -5,6 +5,7 @@ pub mod flight_source;
 pub mod inspect;
 pub mod stress;
 pub mod train;
+pub mod train_memoryless;
 pub mod train_recursive;
 pub mod verify;
 pub mod verify_recursive;

@@ -12,8 +12,17 @@ pub struct HeldOut {
     pub training: Vec<Flight>,
     /// Flights that only measure.
     pub validation: Vec<Flight>,
-    /// Recordings held out whole; `None` when there is only one and its last segments are held out.
-    pub sources: Option<Vec<String>>,
+    /// The recordings; `None` when there is only one and its last segments are held out.
+    pub sources: Option<Sources>,
+}
+
+/// The recordings that flights were cut from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sources {
+    /// Their number.
+    pub all: usize,
+    /// Those that are held out whole.
+    pub held_out: Vec<String>,
 }
 
 /// Fewer than two flights.
@@ -43,20 +52,24 @@ pub fn hold_out(flights: Vec<Flight>, fraction: f64, seed: u64) -> Result<HeldOu
         });
     }
     RandomSource::new(seed, &[seed::name_id("held out")]).shuffle(&mut sources);
-    sources.truncate(share(sources.len()));
+    let all = sources.len();
+    sources.truncate(share(all));
     let (validation, training) = flights
         .into_iter()
         .partition(|flight| sources.contains(&flight.source));
     Ok(HeldOut {
         training,
         validation,
-        sources: Some(sources),
+        sources: Some(Sources {
+            all,
+            held_out: sources,
+        }),
     })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{HeldOutError, hold_out};
+    use super::{HeldOutError, Sources, hold_out};
     use crate::flight::Flight;
 
     fn flight(name: &str, source: &str) -> Flight {
@@ -71,8 +84,11 @@ mod tests {
             .collect();
         let split = hold_out(flights, 0.2, 1).unwrap();
         assert_eq!((split.training.len(), split.validation.len()), (32, 8));
-        let sources = split.sources.unwrap();
-        assert_eq!(sources.len(), 2);
+        let Sources {
+            all,
+            held_out: sources,
+        } = split.sources.unwrap();
+        assert_eq!((all, sources.len()), (10, 2));
         assert!(split.validation.iter().all(|f| sources.contains(&f.source)));
         assert!(split.training.iter().all(|f| !sources.contains(&f.source)));
     }

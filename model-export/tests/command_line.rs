@@ -173,7 +173,7 @@ fn wrong_inputs_are_named_in_one_line() {
     std::fs::create_dir(folder.join("empty")).unwrap();
     std::fs::write(folder.join("no.bnkf"), "not a blob").unwrap();
     std::fs::write(folder.join("torn.bnkf.checkpoint"), "BNKFrun1 torn").unwrap();
-    let cases: [(&[&str], &str); 13] = [
+    let cases: [(&[&str], &str); 15] = [
         (
             &["train", "--flights", "flights", "--out", "m.bnkf"],
             "bad.csv:3: ",
@@ -241,6 +241,30 @@ fn wrong_inputs_are_named_in_one_line() {
         (
             &["train", "--builtin", "3", "--out", "torn.bnkf", "--resume"],
             "is damaged",
+        ),
+        (
+            &[
+                "train",
+                "--kind",
+                "recursive",
+                "--out",
+                "m.bnkf",
+                "--grid-epochs",
+                "3",
+            ],
+            "--grid-epochs does not apply to --kind recursive",
+        ),
+        (
+            &[
+                "train",
+                "--kind",
+                "recursive",
+                "--out",
+                "m.bnkf",
+                "--grid-rate",
+                "0.5",
+            ],
+            "--grid-rate does not apply to --kind recursive",
         ),
         (&["inspect", "no.bnkf"], "no.bnkf: blob is truncated"),
         (&["verify", "none.bnkf"], "none.bnkf: cannot read"),

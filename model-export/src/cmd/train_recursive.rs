@@ -1,12 +1,11 @@
 //! `model-export train --kind recursive`: trains the recursive estimator and writes its blob.
 
-use super::flight_source::{FlightSource, FlightSourceError, NamedFlights};
-use super::train::{Outcome, TrainError};
+use super::flight_source::{FlightSourceError, NamedFlights};
+use super::train::{Outcome, Run, TrainError};
 use crate::atomic_file;
 use crate::command_line::command_line;
 use crate::data_hash;
 use crate::generator::{GeneratorSettings, generate};
-use crate::interrupt::Interrupt;
 use crate::provenance::path_beside;
 use crate::quantise::layer_errors;
 use crate::recursive::comparison::{Comparison, compare, table};
@@ -19,7 +18,7 @@ use crate::recursive::training_progress::RecursiveProgress;
 use crate::unrounded;
 use bnkf::blob::Blob;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// Time between two checkpoints.
@@ -42,23 +41,6 @@ pub struct RecursiveArgs {
     /// compared with
     #[arg(long)]
     deterministic: bool,
-}
-
-/// What every kind of training is told.
-#[derive(Clone, Copy, Debug)]
-pub struct Run<'a> {
-    /// Flights, where the command names them.
-    pub source: &'a FlightSource,
-    /// The blob to write.
-    pub out: &'a Path,
-    /// The checkpoint.
-    pub checkpoint: &'a Path,
-    /// Whether to go on from the checkpoint.
-    pub resume: bool,
-    /// Seed of everything random.
-    pub seed: u64,
-    /// Asked between episodes.
-    pub interrupt: &'a Interrupt,
 }
 
 /// Runs the command.
