@@ -1,0 +1,230 @@
+//! The activations of one layer as the integer kernels read them.
+
+#[cfg(arm_vfp)]
+use super::vfp;
+use super::{SQUARE_MAX, VARIANCE_MAX, dot_means, dots, halves};
+use crate::blob::field::WIDTH_MAX;
+
+/// Words that hold the activations of the widest layer.
+const WORDS: usize = WIDTH_MAX / 2;
+/// Largest magnitude of a quantised activation.
+const VALUE_MAX: f32 = 32_767.0;
+const _: () = assert!(WIDTH_MAX as u64 * VALUE_MAX as u64 * 128 <= i32::MAX as u64);
+/// Quantised square of a quantised activation of 1.
+pub(super) const SQUARE_STEP: f32 = SQUARE_MAX / (VALUE_MAX * VALUE_MAX);
+/// 1.5 * 2^23: adding it leaves the rounded integer in the low mantissa bits.
+pub(super) const ROUNDER: f32 = 12_582_912.0;
+
+/// The quantised activations of one layer, and their squares, for `L` passes.
+pub struct Packed<const L: usize> {
+    values: [[u32; L]; WORDS],
+    squares: [[u32; L]; WORDS],
+    /// What one step of `values` is worth, per pass.
+    value_scale: [f32; L],
+    /// What one step of a product of a square and a variance is worth, per pass, when the layer's
+    /// largest variance is 1.
+    variance_scale: [f32; L],
+}
+
+impl<const L: usize> Packed<L> {
+    /// Room for any layer; holds zeros.
+    pub const fn new() -> Self {
+        Self {
+            values: [[0; L]; WORDS],
+            squares: [[0; L]; WORDS],
+            value_scale: [0.0; L],
+            variance_scale: [0.0; L],
+        }
+    }
+
+    /// Quantises `activations` (`[input][pass]`, at most [`WIDTH_MAX`] inputs): 16 bits over the
+    /// largest magnitude of each pass. A pass that holds NaN or infinity gets a scale of NaN or
+    /// infinity, so that it cannot come out as a number.
+    pub fn pack(&mut self, activations: &[[f32; L]]) {
+        let largest = largest_magnitudes(activations);
+        let mut inverse = [0.0; L];
+        for lane in 0..L {
+            let largest = largest[lane];
+            inverse[lane] = if largest > f32::MIN_POSITIVE && largest < f32::INFINITY {
+                VALUE_MAX / largest
+            } else {
+                0.0
+            };
+            self.value_scale[lane] = largest / VALUE_MAX;
+            self.variance_scale[lane] = largest * largest / (SQUARE_MAX * VARIANCE_MAX as f32);
+        }
+        quantise(activations, &inverse, &mut self.values, &mut self.squares);
+    }
+
+    /// Sum over inputs of mean code times activation, in units of the channel scale.
+    ///
+    /// `row` holds int8 codes, padded with zeros to a multiple of four.
+    #[inline]
+    pub fn dot_means(&self, row: &[u8]) -> [f32; L] {
+        let sums = dot_means(row, &self.values);
+        core::array::from_fn(|lane| sums[lane] as f32 * self.value_scale[lane])
+    }
+
+    /// [`Packed::dot_means`] of `means`, and the sum over inputs of variance times squared
+    /// activation, in units of the layer's largest variance. Variances below 1/16,000 of the
+    /// largest count as zero here.
+    ///
+    /// Both rows are equally long and padded with zeros to a multiple of four.
+    #[inline]
+    pub fn dots(&self, means: &[u8], codes: &[u8]) -> ([f32; L], [f32; L]) {
+        let [means, variances] = dots(means, codes, &self.values, &self.squares);
+        (
+            core::array::from_fn(|lane| means[lane] as f32 * self.value_scale[lane]),
+            core::array::from_fn(|lane| variances[lane] as f32 * self.variance_scale[lane]),
+        )
+    }
+}
+
+impl<const L: usize> Default for Packed<L> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Largest magnitude of each pass; infinity or NaN if there is one.
+#[inline]
+fn largest_magnitudes<const L: usize>(activations: &[[f32; L]]) -> [f32; L] {
+    #[cfg(arm_dsp)]
+    if L == 4 {
+        let largest = super::four_lanes::largest_magnitudes(activations.as_flattened());
+        return core::array::from_fn(|lane| f32::from_bits(largest[lane]));
+    }
+    core::array::from_fn(|lane| {
+        // Magnitudes order like their bits, and what is not finite comes out on top.
+        let magnitude = |row: &[f32; L]| row[lane].to_bits() & 0x7FFF_FFFF;
+        f32::from_bits(activations.iter().map(magnitude).max().unwrap_or(0))
+    })
+}
+
+/// Writes the words of `activations` times `inverse`, and of their squares, rounded; zeros stand
+/// for the inputs that a last group lacks.
+#[inline]
+fn quantise<const L: usize>(
+    activations: &[[f32; L]],
+    inverse: &[f32; L],
+    values: &mut [[u32; L]],
+    squares: &mut [[u32; L]],
+) {
+    #[cfg(arm_vfp)]
+    let (activations, values, squares) = if L == 4 {
+        let groups = activations.len() / 4;
+        let (whole, rest) = activations.split_at(4 * groups);
+        let (values, rest_values) = values.split_at_mut(2 * groups);
+        let (squares, rest_squares) = squares.split_at_mut(2 * groups);
+        vfp::quantise(
+            whole.as_flattened(),
+            inverse,
+            values.as_flattened_mut(),
+            squares.as_flattened_mut(),
+        );
+        (rest, rest_values, rest_squares)
+    } else {
+        (activations, values, squares)
+    };
+    for (group, words) in activations
+        .chunks(4)
+        .zip(values.chunks_exact_mut(2).zip(squares.chunks_exact_mut(2)))
+    {
+        let (values, squares) = words;
+        for lane in 0..L {
+            let mut quantised = [0_u32; 4];
+            let mut squared = [0_u32; 4];
+            for (i, row) in group.iter().enumerate() {
+                let q = row[lane] * inverse[lane];
+                quantised[i] = round(q);
+                squared[i] = round(q * q * SQUARE_STEP);
+            }
+            values[0][lane] = halves(quantised[0], quantised[2]);
+            values[1][lane] = halves(quantised[1], quantised[3]);
+            squares[0][lane] = halves(squared[0], squared[2]);
+            squares[1][lane] = halves(squared[1], squared[3]);
+        }
+    }
+}
+
+/// Nearest integer of |x| < 2^15, ties to even, as the low half of a word in two's complement.
+#[inline]
+fn round(x: f32) -> u32 {
+    (x + ROUNDER).to_bits() & 0xFFFF
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gaussian::standard_normal;
+    use crate::rng::seeded;
+    use rand_core::Rng;
+
+    /// Naive f64 sums over the unquantised activations.
+    #[test]
+    fn dot_products_agree_with_naive_f64() {
+        let mut rng = seeded(2);
+        for inputs in [1, 4, 13, 50, 64] {
+            let activations: [[f32; 4]; WIDTH_MAX] =
+                core::array::from_fn(|_| core::array::from_fn(|_| 3.0 * standard_normal(&mut rng)));
+            let activations = &activations[..inputs];
+            let mut row = [0_u8; WIDTH_MAX];
+            let mut codes = [0_u8; WIDTH_MAX];
+            for i in 0..inputs {
+                row[i] = rng.next_u32() as u8;
+                codes[i] = 200 + (rng.next_u32() % 56) as u8;
+            }
+            let stride = inputs.next_multiple_of(4);
+            let mut packed = Packed::<4>::new();
+            packed.pack(activations);
+            let (means, variances) = packed.dots(&row[..stride], &codes[..stride]);
+            for lane in 0..4 {
+                let (mut mean, mut mean_size, mut variance) = (0.0, 0.0, 0.0);
+                for i in 0..inputs {
+                    let x = f64::from(activations[i][lane]);
+                    mean += f64::from(row[i] as i8) * x;
+                    mean_size += f64::from((row[i] as i8).unsigned_abs()) * x.abs();
+                    variance += libm::exp2((f64::from(codes[i]) - 255.0) / 8.0) * x * x;
+                }
+                // 16-bit activations: half a step of 1/32767 of the largest, at most its share.
+                assert!((f64::from(means[lane]) - mean).abs() < 2e-4 * (1.0 + mean_size));
+                // 12-bit squares and 13-bit variances.
+                assert!((f64::from(variances[lane]) / variance - 1.0).abs() < 0.01);
+            }
+        }
+    }
+
+    #[test]
+    fn lanes_do_not_mix() {
+        let mut rng = seeded(4);
+        let wide: [[f32; 4]; 16] =
+            core::array::from_fn(|_| core::array::from_fn(|_| standard_normal(&mut rng)));
+        let row: [u8; 16] = core::array::from_fn(|_| rng.next_u32() as u8);
+        let mut packed = Packed::<4>::new();
+        packed.pack(&wide);
+        let together = packed.dots(&row, &row);
+        for lane in 0..4 {
+            let mut single = Packed::<1>::new();
+            single.pack(&wide.map(|x| [x[lane]]));
+            assert_eq!(together.0[lane], single.dot_means(&row)[0]);
+            assert_eq!(together.1[lane], single.dots(&row, &row).1[0]);
+        }
+    }
+
+    #[test]
+    fn what_is_not_finite_does_not_come_out_as_a_number() {
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            let mut packed = Packed::<1>::new();
+            packed.pack(&[[1.0], [bad], [0.5]]);
+            assert!(!packed.dot_means(&[1, 1, 1, 0])[0].is_finite());
+        }
+    }
+
+    #[test]
+    fn zero_activations_give_zero() {
+        let mut packed = Packed::<2>::new();
+        packed.pack(&[[0.0, 1.0]; 5]);
+        let (means, variances) = packed.dots(&[127; 8], &[255; 8]);
+        assert_eq!((means[0], variances[0]), (0.0, 0.0));
+    }
+}
