@@ -91,12 +91,12 @@ impl Correction {
 
 fn linearised<const N: usize>(belief: &Gaussian<N>, observation: &Observation) -> Expectation<N> {
     let (p, v) = (belief.position_m(), belief.velocity_mps());
-    let h = sensor::jacobian(&p, &v);
+    let h = observation.jacobian(&p, &v);
     // The reading depends on position and velocity only.
     let cross = belief.covariance.fixed_columns::<6>(0) * h.transpose();
     let covariance = h * cross.fixed_rows::<6>(0) + observation.noise();
     Expectation {
-        residual: sensor::residual(&observation.z, &sensor::expected(&p, &v)),
+        residual: sensor::residual(&observation.z, &observation.expected(&p, &v)),
         covariance: symmetric(&covariance),
         cross,
     }
@@ -116,10 +116,10 @@ mod tests {
             covariance: Matrix6::from_diagonal(&Vector6::new(0.4, 0.5, 0.6, 0.04, 0.05, 0.06)),
         };
         let at = sensor::expected(&belief.position_m(), &belief.velocity_mps());
-        let observation = Observation {
-            z: at + Vector4::new(2e-4, -3e-4, 0.5, 0.1),
-            sigma: Vector4::new(1e-4, 2e-4, 0.7, 0.2),
-        };
+        let observation = Observation::new(
+            at + Vector4::new(2e-4, -3e-4, 0.5, 0.1),
+            Vector4::new(1e-4, 2e-4, 0.7, 0.2),
+        );
         let (a, ia) = Correction::Extended.apply(&belief, &observation).unwrap();
         for spread in [Spread::UNIT, Spread::CUBATURE] {
             let (b, ib) = Correction::SigmaPoints(spread)
@@ -140,10 +140,10 @@ mod tests {
             mean: Vector6::new(30.0, 0.0, 0.0, 0.0, 0.0, 0.0),
             covariance: Matrix6::identity() * 4.0,
         };
-        let observation = Observation {
-            z: Vector4::new(0.0, 0.0, 33.0, 0.0),
-            sigma: Vector4::new(1e6, 1e6, 1.0, 1e6),
-        };
+        let observation = Observation::new(
+            Vector4::new(0.0, 0.0, 33.0, 0.0),
+            Vector4::new(1e6, 1e6, 1.0, 1e6),
+        );
         let (after, innovation) = Correction::Extended.apply(&belief, &observation).unwrap();
         assert!((after.mean.x - (30.0 + 3.0 * 4.0 / 5.0)).abs() < 1e-9);
         assert!((after.covariance[(0, 0)] - 4.0 / 5.0).abs() < 1e-9);

@@ -8,7 +8,6 @@ use super::discrete::Discrete;
 use super::gaussian::Gaussian;
 use super::mixture::{Component, moments, nis, reweigh};
 use super::origin::Origin;
-use super::sensor::Observation;
 use super::turn::Turn;
 use crate::filter::{Filter, FilterError, PositionEstimate, Start};
 
@@ -94,7 +93,7 @@ impl<const M: usize> Filter for Imm<M> {
         }
         let mut consistency = None;
         if let Some(reading) = reading {
-            let observation = Observation::from(reading);
+            let observation = self.origin.observation(reading);
             let mut innovations = [Innovation::default(); M];
             for (mode, innovation) in modes.iter_mut().zip(&mut innovations) {
                 (mode.state, *innovation) =

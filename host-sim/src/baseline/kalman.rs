@@ -8,7 +8,6 @@ use super::discrete::Discrete;
 use super::gaussian::Gaussian;
 use super::motion::{Motion, WhiteAcceleration};
 use super::origin::Origin;
-use super::sensor::Observation;
 use super::sigma_points::Spread;
 use crate::filter::{Filter, FilterError, PositionEstimate, Start};
 
@@ -79,7 +78,9 @@ impl<M: Motion<N>, const N: usize> Filter for Kalman<M, N> {
         let Some(reading) = reading else {
             return state.position_estimate(None);
         };
-        let (after, innovation) = self.correction.apply(state, &Observation::from(reading))?;
+        let (after, innovation) = self
+            .correction
+            .apply(state, &self.origin.observation(reading))?;
         *state = after;
         state.position_estimate(Some(innovation.nis))
     }

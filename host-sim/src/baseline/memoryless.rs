@@ -205,7 +205,7 @@ mod tests {
         let mut nees = 0.0;
         for _ in 0..4000 {
             let z = expected(&truth, &Vector3::zeros()) + sigma.map(|s| s * random.normal());
-            let estimate = Rule::Converted.estimate(&PRIOR, &Observation { z, sigma });
+            let estimate = Rule::Converted.estimate(&PRIOR, &Observation::new(z, sigma));
             let error = estimate.position_m - truth;
             nees += error.dot(&estimate.covariance_m2.cholesky().unwrap().solve(&error)) / 4000.0;
         }

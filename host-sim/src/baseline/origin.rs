@@ -1,5 +1,6 @@
 //! Where a filter begins: at the truth, as the paper's do, or at the first reading.
 
+use bnkf_model_export::reading::Reading;
 use nalgebra::{Matrix6, Vector6};
 
 use super::gaussian::Gaussian;
@@ -18,6 +19,16 @@ pub enum Origin {
 }
 
 impl Origin {
+    /// What a filter that began here makes of a reading: the paper's take the angles as they come,
+    /// those for the field mind the zenith.
+    pub fn observation(&self, reading: &Reading) -> Observation {
+        let observation = Observation::from(reading);
+        match self {
+            Self::Truth => observation,
+            Self::Population(_) => observation.clear_of_the_zenith(),
+        }
+    }
+
     /// Belief about position and velocity at the first sample.
     pub fn belief(&self, start: &Start<'_>) -> Gaussian<6> {
         match self {

@@ -264,16 +264,10 @@ pub(super) mod tests {
     #[test]
     fn a_perfect_reading_decides_and_a_useless_one_does_not() {
         let z = expected(&Vector3::new(20.0, 10.0, 9.0), &Vector3::zeros());
-        let sharp = Observation {
-            z,
-            sigma: nalgebra::Vector4::repeat(1e-6),
-        };
+        let sharp = Observation::new(z, nalgebra::Vector4::repeat(1e-6));
         let estimate = PRIOR.fused_position(&sharp);
         assert!((estimate.position_m - Vector3::new(20.0, 10.0, 9.0)).norm() < 1e-4);
-        let blunt = Observation {
-            z,
-            sigma: nalgebra::Vector4::new(1e6, 1e-6, 1e6, 1e6),
-        };
+        let blunt = Observation::new(z, nalgebra::Vector4::new(1e6, 1e-6, 1e6, 1e6));
         let p = PRIOR.fused_position(&blunt).position_m;
         assert!((p.y.atan2(p.x) - z[1]).abs() < 1e-6);
         let flat = PRIOR.range_m.mean * PRIOR.elevation_rad.mean.sin();
@@ -297,7 +291,7 @@ pub(super) mod tests {
                 let v = Vector3::new(1.7, 1.7, 0.6).map(|s| s * random.normal());
                 let sigma = nalgebra::Vector4::from(sigma);
                 let z = expected(&p, &v) + sigma.map(|s| s * random.normal());
-                let belief = PRIOR.belief(&Observation { z, sigma });
+                let belief = PRIOR.belief(&Observation::new(z, sigma));
                 let nees = |error: Vector3<f64>, first: usize| {
                     let block = belief.covariance.fixed_view::<3, 3>(first, first);
                     error.dot(&block.into_owned().cholesky().unwrap().solve(&error))

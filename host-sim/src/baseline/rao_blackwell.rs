@@ -203,7 +203,7 @@ impl Filter for RaoBlackwell {
         }
         match reading {
             Some(reading) => {
-                let nis = self.correct(&Observation::from(reading))?;
+                let nis = self.correct(&Observation::from(reading).clear_of_the_zenith())?;
                 self.estimate(Some(nis))
             }
             None => self.estimate(None),

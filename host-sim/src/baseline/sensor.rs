@@ -9,6 +9,10 @@ use nalgebra::{Matrix3, Matrix4, SMatrix, Vector3, Vector4};
 /// have no derivative, and a filter that strays there must stay finite.
 const DISTANCE_MIN_M: f64 = 1e-3;
 
+/// Readings within this angle of the zenith, or pointing beyond it, count as overhead, rad. Three
+/// and a half standard deviations at the paper's high noise.
+const OVERHEAD_RAD: f64 = 0.35;
+
 /// A reading as a vector with its noise covariance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observation {
@@ -16,23 +20,85 @@ pub struct Observation {
     pub z: Vector4<f64>,
     /// Standard deviations in the same order.
     pub sigma: Vector4<f64>,
+    /// Rotation from the radar's axes to those in which the angles are meant.
+    pub frame: Matrix3<f64>,
 }
 
 impl From<&Reading> for Observation {
     fn from(r: &Reading) -> Self {
-        Self {
-            z: Vector4::new(r.elevation_rad, r.azimuth_rad, r.range_m, r.range_rate_mps),
-            sigma: Vector4::new(
-                r.sigma_elevation_rad,
-                r.sigma_azimuth_rad,
-                r.sigma_range_m,
-                r.sigma_range_rate_mps,
-            ),
-        }
+        let z = Vector4::new(r.elevation_rad, r.azimuth_rad, r.range_m, r.range_rate_mps);
+        let sigma = Vector4::new(
+            r.sigma_elevation_rad,
+            r.sigma_azimuth_rad,
+            r.sigma_range_m,
+            r.sigma_range_rate_mps,
+        );
+        Self::new(z, sigma)
     }
 }
 
 impl Observation {
+    /// A reading in the radar's own axes.
+    pub fn new(z: Vector4<f64>, sigma: Vector4<f64>) -> Self {
+        Self {
+            z,
+            sigma,
+            frame: Matrix3::identity(),
+        }
+    }
+
+    /// The reading as it is, or [`Self::head_on`] if it points near the zenith.
+    ///
+    /// Azimuth turns without bound as a target passes overhead, and no Gaussian over position
+    /// gives a Gaussian over it; one such pass cost the tuned UKF its track. Elsewhere the angles
+    /// as they come are the better choice: their noise is Gaussian in them and nowhere else.
+    #[must_use]
+    pub fn clear_of_the_zenith(&self) -> Self {
+        if self.z[0].cos() < OVERHEAD_RAD.sin() {
+            self.head_on()
+        } else {
+            *self
+        }
+    }
+
+    /// The same reading in axes whose x points where the reading does: both angles are zero there
+    /// and smooth around. The azimuth's error becomes that times the cosine of the true elevation,
+    /// of which the reading tells a mean square.
+    fn head_on(&self) -> Self {
+        let (se, ce) = self.z[0].sin_cos();
+        let (sa, ca) = self.z[1].sin_cos();
+        #[rustfmt::skip]
+        let frame = Matrix3::new(
+            ce * ca, ce * sa, se,
+            -sa, ca, 0.0,
+            -se * ca, -se * sa, ce,
+        );
+        let square = 0.5 * (1.0 + (2.0 * self.z[0]).cos() * (-2.0 * self.sigma[0].powi(2)).exp());
+        let mut sigma = self.sigma;
+        sigma[1] *= square.sqrt();
+        Self {
+            z: Vector4::new(0.0, 0.0, self.z[2], self.z[3]),
+            sigma,
+            frame: frame * self.frame,
+        }
+    }
+
+    /// Noise-free reading of a target at `p` [m] moving with `v` [m/s], radar's axes.
+    pub fn expected(&self, p: &Vector3<f64>, v: &Vector3<f64>) -> Vector4<f64> {
+        expected(&(self.frame * p), &(self.frame * v))
+    }
+
+    /// Derivative of [`Self::expected`] by position and velocity, 4 x 6.
+    pub fn jacobian(&self, p: &Vector3<f64>, v: &Vector3<f64>) -> SMatrix<f64, 4, 6> {
+        let h = jacobian(&(self.frame * p), &(self.frame * v));
+        let mut turned = SMatrix::<f64, 4, 6>::zeros();
+        for half in [0, 3] {
+            let part = h.fixed_columns::<3>(half) * self.frame;
+            turned.fixed_columns_mut::<3>(half).copy_from(&part);
+        }
+        turned
+    }
+
     /// Noise covariance R, diagonal.
     pub fn noise(&self) -> Matrix4<f64> {
         Matrix4::from_diagonal(&self.sigma.component_mul(&self.sigma))
@@ -143,6 +209,36 @@ mod tests {
             &Vector4::new(0.2, -3.1, 4.0, 1.0),
         );
         assert!((d - Vector4::new(-0.1, 6.2 - TAU, 1.0, -1.0)).norm() < 1e-14);
+    }
+
+    /// Away from the zenith it is the same reading: the position that it names, its covariance
+    /// and the derivative's kernel; at the zenith the expected angles stay small.
+    #[test]
+    fn head_on_is_the_same_reading_in_turned_axes() {
+        let (z, sigma) = (
+            Vector4::new(0.7, 2.1, 30.0, 1.5),
+            Vector4::new(1e-3, 2e-3, 0.5, 0.1),
+        );
+        let observation = Observation::new(z, sigma);
+        let turned = observation.head_on();
+        let p = cartesian(0.7, 2.1, 30.0);
+        let v = p * (1.5 / 30.0) + Vector3::new(0.0, 0.0, 1.0).cross(&p) * 0.02;
+        assert!((turned.expected(&p, &v) - turned.z).norm() < 1e-12);
+        let information = |o: &Observation| {
+            let h = o.jacobian(&p, &v);
+            h.transpose() * o.noise().try_inverse().unwrap() * h
+        };
+        let (a, b) = (information(&observation), information(&turned));
+        assert!((a - b).norm() < 1e-5 * a.norm(), "{a} {b}");
+
+        let overhead = Observation {
+            z: Vector4::new(1.56, 0.0, 20.0, 0.0),
+            ..observation
+        };
+        let across = overhead
+            .head_on()
+            .expected(&Vector3::new(-0.2, 0.1, 20.0), &v);
+        assert!(across[0].hypot(across[1]) < 0.03, "{across}");
     }
 
     #[test]

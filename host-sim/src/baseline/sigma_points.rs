@@ -58,7 +58,7 @@ impl Spread {
 
         let reading = |x: &SVector<f64, N>| {
             let (p, v) = (x.fixed_rows::<3>(0).into(), x.fixed_rows::<3>(3).into());
-            sensor::expected(&p, &v)
+            observation.expected(&p, &v)
         };
         let z0 = reading(&belief.mean);
         let plus: [Vector4<f64>; N] =

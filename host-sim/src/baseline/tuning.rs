@@ -59,14 +59,14 @@ struct Recording<'a> {
 /// Flights, evenly spread, on which the search looks around, and on which it ends. More change the
 /// parameters by less than their uncertainty and cost time.
 const FLIGHTS_FIRST: usize = 10;
-const FLIGHTS_MAX: usize = 30;
+const FLIGHTS_MAX: usize = 60;
 
 /// A step's score is not taken to be worse than this: one lost flight must not decide alone.
 const SCORE_MAX: f64 = 60.0;
 
 /// Evaluations per parameter, from each start and at the end.
-const EVALUATIONS_FIRST: usize = 15;
-const EVALUATIONS_LAST: usize = 8;
+const EVALUATIONS_FIRST: usize = 12;
+const EVALUATIONS_LAST: usize = 6;
 
 /// First steps of both searches in the logarithm of every parameter.
 const LOG_STEP_FIRST: f64 = 0.7;
