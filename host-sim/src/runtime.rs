@@ -52,6 +52,13 @@ pub fn measure(
     seconds.into_iter().map(time).collect()
 }
 
+/// The times as a table.
+pub fn csv(times: &[MethodTime]) -> Vec<u8> {
+    let row = |time: &MethodTime| format!("{},{},{}\n", time.method, time.step_us, time.flight_ms);
+    let rows: String = times.iter().map(row).collect();
+    format!("method,step_us,flight_ms\n{rows}").into_bytes()
+}
+
 /// The upper of the middle values; NaN for none.
 fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut sorted: Vec<f64> = values.collect();

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 /// Files that must not depend on how often the run was killed. The page and `runtime.json` hold
 /// times, which never repeat.
-const RESULTS: [&str; 8] = [
+const RESULTS: [&str; 9] = [
     "results.json",
     "steps.parquet",
     "cells.csv",
@@ -14,6 +14,7 @@ const RESULTS: [&str; 8] = [
     "reliability.csv",
     "comparisons.csv",
     "variations.csv",
+    "bounds.csv",
     "metrics-radians.svg",
 ];
 

@@ -110,6 +110,7 @@ pub fn write(
         ("reliability.csv", reliability_csv(&outcome.cells)),
         ("comparisons.csv", comparisons_csv(&outcome.comparisons)),
         ("variations.csv", variations_csv(&outcome.variations)),
+        ("bounds.csv", bounds_csv(&outcome.floors)),
     ];
     let mut names = Vec::new();
     for (name, bytes) in files {
@@ -208,6 +209,14 @@ fn variations_csv(cells: &[VariedCell]) -> Vec<u8> {
         )
     };
     csv(header, cells.iter().map(row))
+}
+
+fn bounds_csv(floors: &[Floor]) -> Vec<u8> {
+    let row = |floor: &Floor| {
+        let c = &floor.condition;
+        format!("{},{},{},{}", c.table, c.noise, c.rate, number(floor.ed_m))
+    };
+    csv("noise_table,noise,rate,ed_m", floors.iter().map(row))
 }
 
 fn place(cell: &CellSummary) -> String {

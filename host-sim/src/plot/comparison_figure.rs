@@ -106,13 +106,19 @@ fn draw_group(svg: &mut Svg, panel: &Panel, group: &Group, named: bool, rows: f6
     for part in [-1.0, -0.5, 0.0, 0.5, 1.0] {
         let ends = [panel.at(part, 0.0), panel.at(part, rows)];
         let zero = part == 0.0;
+        // The ends' names would run into those of the next panel.
+        let named = part.abs() < REACH;
         svg.polyline(
             &ends,
             Stroke::solid(if zero { INK } else { "#e3e5e8" }, 1.0),
         );
         let (x, y) = ends[0];
         let text = format!("{:+.0}%", 100.0 * part);
-        let text = if zero { "0" } else { &text };
+        let text = match (named, zero) {
+            (false, _) => continue,
+            (true, true) => "0",
+            (true, false) => &text,
+        };
         svg.text(
             (x, y + 13.0),
             text,

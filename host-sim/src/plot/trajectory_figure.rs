@@ -12,7 +12,7 @@ use crate::plot::legend::{self, Mark};
 use crate::plot::palette::look;
 use crate::plot::panel::Panel;
 use crate::plot::scale::Scale;
-use crate::plot::svg::{Anchor, FAINT_INK, INK, Lettering, Rect, Stroke, Svg, lettering};
+use crate::plot::svg::{Anchor, FAINT_INK, Lettering, Rect, Stroke, Svg, lettering};
 use crate::track::{TrackStep, position_of};
 
 /// One flight at one noise level, and what every method made of it.
@@ -41,7 +41,8 @@ const ROW_GAP: f64 = 82.0;
 const FOOTER: f64 = 48.0;
 const GAP_COLOUR: &str = "#eceff2";
 const READING_COLOUR: &str = "#9aa0a6";
-const TRUTH: Stroke<'static> = Stroke::solid(INK, 2.4);
+/// Broad and pale below the methods' lines, of which one is black.
+const TRUTH: Stroke<'static> = Stroke::solid("#c3c8ce", 6.0);
 /// Part of the errors that lie in the band if a method's covariance is right.
 const BAND: (f64, f64) = (0.05, 0.95);
 
@@ -137,6 +138,11 @@ fn draw_view(svg: &mut Svg, example: &Example<'_>, top: f64) {
             let within = |scale: Scale, value: f64| (0.0..=1.0).contains(&scale.fraction(value));
             within(panel.x, at.x) && within(panel.y, at.y)
         });
+    let truth: Vec<_> = samples
+        .iter()
+        .map(|s| (s.position_m[0], s.position_m[1]))
+        .collect();
+    panel.line(svg, &truth, TRUTH);
     for at in inside {
         svg.circle(panel.at(at.x, at.y), 1.7, READING_COLOUR);
     }
@@ -147,11 +153,6 @@ fn draw_view(svg: &mut Svg, example: &Example<'_>, top: f64) {
             .collect();
         panel.line(svg, &line, Stroke::solid(look(*method).colour, 1.2));
     }
-    let truth: Vec<_> = samples
-        .iter()
-        .map(|s| (s.position_m[0], s.position_m[1]))
-        .collect();
-    panel.line(svg, &truth, TRUTH);
     panel.axes(svg);
     if !outside.is_empty() {
         let text = format!(

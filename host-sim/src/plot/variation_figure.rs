@@ -6,7 +6,7 @@ use crate::plot::legend::{self, Mark};
 use crate::plot::palette::look;
 use crate::plot::panel::Panel;
 use crate::plot::scale::Scale;
-use crate::plot::svg::{Anchor, Lettering, Rect, Stroke, Svg, lettering};
+use crate::plot::svg::{Anchor, Lettering, Rect, Svg, lettering};
 
 const WIDTH: f64 = 1120.0;
 const LEFT: f64 = 78.0;
@@ -110,18 +110,14 @@ fn draw_row(svg: &mut Svg, panel: &Panel, row: &Row<'_>, worlds: &[&str], method
     for (place, method) in methods.iter().enumerate() {
         let look = look(*method);
         let shift = SPREAD * ((place as f64 + 0.5) / methods.len() as f64 - 0.5);
-        let mut points = Vec::new();
         for (index, world) in worlds.iter().enumerate() {
             let cell = row
                 .cells
                 .iter()
                 .find(|cell| cell.method == *method && cell.variation == *world);
             let value = cell.map_or(f64::NAN, |cell| (row.value)(cell));
-            points.push((panel.at(index as f64 + 0.5 + shift, value), value));
-        }
-        let line: Vec<_> = points.iter().map(|(at, _)| *at).collect();
-        svg.polyline(&line, Stroke::solid(look.colour, 0.7));
-        for (at, value) in points {
+            // No lines: worlds have no order.
+            let at = panel.at(index as f64 + 0.5 + shift, value);
             if value.is_finite() {
                 svg.titled(&format!("{method}: {value:.4}"), |svg| {
                     look.marker.draw(svg, at, 4.2, look.colour)

@@ -50,7 +50,7 @@
   const select = document.getElementById("flight");
   const toggles = document.getElementById("toggles");
   const play = document.getElementById("play");
-  const state = { yaw: 0.7, pitch: 0.5, zoom: 1, flight: 0, until: 1, hidden: new Set() };
+  const state = { yaw: 0, pitch: 0, zoom: 1, flight: 0, until: 1, hidden: new Set() };
   data.examples.forEach((example, index) => select.append(new Option(example.title, index)));
   const methods = data.examples.length ? data.examples[0].tracks.map(track => [track.method, track.colour]) : [];
   for (const [method, colour] of [["readings", "#9aa0a6"], ...methods]) {
@@ -77,6 +77,27 @@
     for (const [x, y, z] of example.truth) most = Math.max(most, Math.hypot(x, y), z);
     return most;
   };
+  // Radar, flight and its shadow: what the first view holds, and its middle, which turns do not move.
+  const corners = example => [[0, 0, 0], ...example.truth, ...example.truth.map(([x, y]) => [x, y, 0])];
+  const middle = example => [0, 1, 2].map(axis => {
+    const values = corners(example).map(point => point[axis]);
+    return (Math.min(...values) + Math.max(...values)) / 2;
+  });
+  const project = ([x, y, z]) => {
+    const [sy, cy, sp, cp] = [Math.sin(state.yaw), Math.cos(state.yaw), Math.sin(state.pitch), Math.cos(state.pitch)];
+    return [cy * x - sy * y, cp * z + sp * (sy * x + cy * y)];
+  };
+  // Looks across the line from the radar to the flight: the canvas is wide.
+  const home = () => {
+    const example = data.examples[state.flight];
+    if (!example) return;
+    const [x, y] = middle(example);
+    state.yaw = 0.3 - Math.atan2(y, x);
+    state.pitch = 0.45;
+    state.zoom = 1;
+    const centre = project(middle(example));
+    state.half = [0, 1].map(axis => Math.max(...corners(example).map(point => Math.abs(project(point)[axis] - centre[axis]))));
+  };
   const draw = () => {
     const example = data.examples[state.flight];
     const ratio = window.devicePixelRatio || 1;
@@ -87,12 +108,11 @@
     pen.clearRect(0, 0, width, height);
     if (!example) return;
     const far = reach(example);
-    const scale = 0.42 * Math.min(width, 1.6 * height) / far * state.zoom;
-    const [sy, cy, sp, cp] = [Math.sin(state.yaw), Math.cos(state.yaw), Math.sin(state.pitch), Math.cos(state.pitch)];
-    const lift = 0.25 * far;
-    const at = ([x, y, z]) => {
-      const across = cy * x - sy * y, along = sy * x + cy * y;
-      return [width / 2 + scale * across, height / 2 - scale * (cp * (z - lift) + sp * along)];
+    const scale = 0.42 * Math.min(width / state.half[0], height / state.half[1]) * state.zoom;
+    const centre = project(middle(example));
+    const at = point => {
+      const [across, up] = project(point);
+      return [width / 2 + scale * (across - centre[0]), height / 2 - scale * (up - centre[1])];
     };
     const path = (points, colour, thick, dash) => {
       pen.beginPath();
@@ -114,10 +134,13 @@
       const ring = [];
       for (let i = 0; i <= 72; i++) ring.push([radius * Math.cos(i * Math.PI / 36), radius * Math.sin(i * Math.PI / 36), 0]);
       path(ring, "#cfd4da", 1);
-      const [x, y] = at([radius, 0, 0]);
+      // Named where the ring comes nearest to the viewer on the flight's side.
+      const turn = Math.atan2(middle(example)[1], middle(example)[0]) - 0.5;
+      const [x, y] = at([radius * Math.cos(turn), radius * Math.sin(turn), 0]);
       pen.fillText(radius + " m", x + 4, y - 4);
     }
-    for (const [end, name] of [[[1.15 * far, 0, 0], "x east"], [[0, 1.15 * far, 0], "y north"], [[0, 0, 0.7 * far], "z up"]]) {
+    const axis = 0.15 * far;
+    for (const [end, name] of [[[axis, 0, 0], "x east"], [[0, axis, 0], "y north"], [[0, 0, axis], "z up"]]) {
       path([[0, 0, 0], end], "#8a9097", 1.2);
       const [x, y] = at(end);
       pen.fillText(name, x + 4, y);
@@ -137,10 +160,10 @@
         pen.fillRect(x - 1.5, y - 1.5, 3, 3);
       }
     }
+    path(truth, "#c3c8ce", 7);
     for (const track of example.tracks) {
       if (!state.hidden.has(track.method)) path(track.points.slice(0, count - 1), track.colour, 1.4);
     }
-    path(truth, "#1a1a1a", 2.4);
     const [x, y] = at(truth[truth.length - 1]);
     pen.beginPath();
     pen.arc(x, y, 5, 0, 2 * Math.PI);
@@ -185,6 +208,7 @@
   });
   select.addEventListener("change", () => {
     state.flight = Number(select.value);
+    home();
     draw();
   });
   let timer = null;
@@ -208,7 +232,12 @@
       if (state.until === 1) stop();
     }, 33);
   });
+  canvas.addEventListener("dblclick", () => {
+    home();
+    draw();
+  });
   window.addEventListener("resize", draw);
   show("ed_mean_m");
+  home();
   draw();
 })();

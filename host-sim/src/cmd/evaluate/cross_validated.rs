@@ -24,7 +24,7 @@ use crate::model::Model;
 use crate::report::{self, Material};
 use crate::results_json::ModelProvenance;
 use crate::scenario::Scenario;
-use crate::{default_models, progress, table};
+use crate::{default_models, progress, runtime, table};
 
 /// Folds, unless --folds says otherwise.
 const FOLDS: usize = 5;
@@ -95,6 +95,7 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
     // Apart from the results, which are the same bytes on every run: times are not.
     let json = serde_json::to_vec_pretty(&times).expect("every value has a representation");
     atomic_file::write(&args.out.join("runtime.json"), &json)?;
+    atomic_file::write(&args.out.join("runtime.csv"), &runtime::csv(&times))?;
     let examples = campaign.examples(&work, &report::SHOWN)?;
     let material = Material {
         campaign: &campaign,

@@ -1,0 +1,253 @@
+//! The report's figures with their captions and their places on the page.
+
+use bnkf_model_export::flight::Flight;
+use bnkf_model_export::gaps::SamplingRate;
+use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
+
+use super::{Material, SHOWN, headline};
+use crate::campaign::Campaign;
+use crate::campaign::cell_summary::CellSummary;
+use crate::campaign::comparison::Comparison;
+use crate::campaign::generalisation::VariedCell;
+use crate::campaign::outcome::Outcome;
+use crate::cell::Cell;
+use crate::method::Method;
+use crate::plot::{
+    comparison_figure, flights_figure, gaps_figure, metrics_figure, phases_figure,
+    reliability_figure, runtime_figure, trajectory_figure, variation_figure,
+};
+use crate::radar::Condition;
+
+/// Methods that others are compared with, the first that took part.
+const REFERENCES: [Method; 3] = [Method::EkfTuned, Method::Imm10, Method::Ekf];
+
+/// A figure, its section on the page and what it says.
+pub(super) struct Figure {
+    /// Section of the page.
+    pub section: &'static str,
+    /// Name of the file, without its ending.
+    pub name: String,
+    /// What stands below it.
+    pub caption: String,
+    /// The drawing.
+    pub svg: String,
+}
+
+/// Every figure of the page, in order.
+pub(super) fn draw(material: &Material<'_>) -> Vec<Figure> {
+    let Material {
+        campaign,
+        outcome,
+        examples,
+        times,
+        ..
+    } = material;
+    let radar = &campaign.scenario.radar;
+    let mut figures = Vec::new();
+    let mut add = |section, name: String, caption: String, svg| {
+        figures.push(Figure {
+            section,
+            name,
+            caption,
+            svg,
+        })
+    };
+    for &table in &radar.tables {
+        let spelt = headline::name(table);
+        let floors: Vec<metrics_figure::Floor> = outcome
+            .floors
+            .iter()
+            .filter(|floor| floor.condition.table == table)
+            .map(|floor| (floor.condition.noise, floor.condition.rate, floor.ed_m))
+            .collect();
+        let cells: Vec<Cell> = outcome
+            .cells
+            .iter()
+            .filter(|cell| cell.condition.table == table)
+            .map(plain_cell)
+            .collect();
+        add(
+            "metrics",
+            format!("metrics-{table}"),
+            format!("Angle figures as {spelt}."),
+            metrics_figure::draw(&cells, &floors),
+        );
+        let full = groups(outcome, &radar.rates, table, 0);
+        let caption = format!("All samples measured; angle figures as {spelt}.");
+        add(
+            "reliability",
+            format!("reliability-{table}"),
+            caption.clone(),
+            reliability_figure::draw(&full),
+        );
+        if let Some(reference) = reference(&campaign.methods) {
+            let groups = comparison_groups(outcome, reference, &radar.rates, table);
+            add(
+                "comparison",
+                format!("comparison-{table}"),
+                caption,
+                comparison_figure::draw(reference, &groups),
+            );
+        }
+        let sparse = groups(outcome, &radar.rates, table, radar.rates.len() - 1);
+        let caption = format!(
+            "Sampling rate {}; angle figures as {spelt}.",
+            radar.rates[radar.rates.len() - 1]
+        );
+        add(
+            "phases",
+            format!("phases-{table}"),
+            caption,
+            phases_figure::draw(&sparse),
+        );
+    }
+    for noise in NoiseLevel::ALL {
+        let caption = format!("{noise} noise, sampling rate {}.", radar.rates[0]);
+        let svg = variation_figure::draw(
+            &variation_rows(campaign, outcome, noise),
+            &shown_methods(campaign),
+        );
+        add("variations", format!("variations-{noise}"), caption, svg);
+    }
+    let caption = "Readings far outside the view are counted, not drawn.".to_owned();
+    add(
+        "trajectory",
+        "trajectory".to_owned(),
+        caption,
+        trajectory_figure::draw(examples),
+    );
+    let shown: Vec<&Flight> = campaign.flights.iter().collect();
+    let caption = format!("The first of {} flights.", campaign.flights.len());
+    add(
+        "flights",
+        "flights".to_owned(),
+        caption,
+        flights_figure::draw(&shown),
+    );
+    let condition = |rate| Condition {
+        table: radar.tables[0],
+        noise: NoiseLevel::Low,
+        rate,
+    };
+    let flight = &campaign.flights[0];
+    let rows: Vec<_> = radar
+        .rates
+        .iter()
+        .map(|&rate| (rate, radar.readings(flight, condition(rate), campaign.seed)))
+        .collect();
+    let caption = "Low noise. Gaps are scored like everything else.".to_owned();
+    add(
+        "gaps",
+        "gaps".to_owned(),
+        caption,
+        gaps_figure::draw(flight, &rows),
+    );
+    let caption =
+        "Median over flights at high noise, all samples measured, built with optimisation."
+            .to_owned();
+    add(
+        "runtime",
+        "runtime".to_owned(),
+        caption,
+        runtime_figure::draw(times),
+    );
+    figures
+}
+
+/// Error and NEES at `noise`, all samples measured.
+fn variation_rows<'a>(
+    campaign: &Campaign,
+    outcome: &'a Outcome,
+    noise: NoiseLevel,
+) -> Vec<variation_figure::Row<'a>> {
+    let rate = campaign.scenario.radar.rates[0];
+    let own = |cell: &&VariedCell| cell.condition.noise == noise && cell.condition.rate == rate;
+    let cells: Vec<&VariedCell> = outcome.variations.iter().filter(own).collect();
+    vec![
+        variation_figure::Row {
+            title: format!("Mean distance to the truth, {noise} noise"),
+            axis: "ED, m",
+            ideal: None,
+            value: |cell| cell.metrics.ed_mean_m,
+            cells: cells.clone(),
+        },
+        variation_figure::Row {
+            title: "Consistency (above 3: overconfident)".to_owned(),
+            axis: "NEES",
+            ideal: Some(3.0),
+            value: |cell| cell.metrics.nees_mean,
+            cells,
+        },
+    ]
+}
+
+/// The methods of [`SHOWN`] that took part.
+fn shown_methods(campaign: &Campaign) -> Vec<Method> {
+    SHOWN
+        .into_iter()
+        .filter(|method| campaign.methods.contains(method))
+        .collect()
+}
+
+fn plain_cell(cell: &CellSummary) -> Cell {
+    Cell {
+        method: cell.method,
+        noise: cell.condition.noise,
+        rate: cell.condition.rate,
+        metrics: cell.metrics,
+    }
+}
+
+/// The cells of each noise level at the rate with number `rate`.
+fn groups<'a>(
+    outcome: &'a Outcome,
+    rates: &[SamplingRate],
+    table: NoiseTable,
+    rate: usize,
+) -> Vec<(String, Vec<&'a CellSummary>)> {
+    let group = |noise: NoiseLevel| {
+        let condition = Condition {
+            table,
+            noise,
+            rate: rates[rate],
+        };
+        let cells = outcome
+            .cells
+            .iter()
+            .filter(|cell| cell.condition == condition)
+            .collect();
+        (format!("{noise} noise, rate {}", rates[rate]), cells)
+    };
+    NoiseLevel::ALL.map(group).to_vec()
+}
+
+fn reference(methods: &[Method]) -> Option<Method> {
+    REFERENCES
+        .into_iter()
+        .find(|reference| methods.contains(reference))
+}
+
+fn comparison_groups(
+    outcome: &Outcome,
+    reference: Method,
+    rates: &[SamplingRate],
+    table: NoiseTable,
+) -> Vec<comparison_figure::Group> {
+    groups(outcome, rates, table, 0)
+        .into_iter()
+        .map(|(title, cells)| {
+            let own: Vec<&Comparison> = outcome
+                .comparisons
+                .iter()
+                .filter(|comparison| {
+                    cells
+                        .first()
+                        .is_some_and(|cell| cell.condition == comparison.condition)
+                })
+                .collect();
+            let reference_cell = cells.iter().find(|cell| cell.method == reference);
+            let ed_m = reference_cell.map_or(f64::NAN, |cell| cell.metrics.ed_mean_m);
+            comparison_figure::Group::new(title, reference, ed_m, &own)
+        })
+        .collect()
+}

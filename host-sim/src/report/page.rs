@@ -1,0 +1,175 @@
+//! The report's page: the template with its places filled.
+
+use super::figures::Figure;
+use super::{Material, headline, space};
+use crate::campaign::cell_summary::CellSummary;
+use crate::campaign::outcome::Cluster;
+use crate::campaign::results::CampaignProvenance;
+use crate::plot::svg::escaped;
+
+/// The whole page.
+pub(super) fn page(material: &Material<'_>, figures: &[Figure]) -> String {
+    let Material {
+        campaign,
+        outcome,
+        provenance,
+        examples,
+        ..
+    } = material;
+    let radar = &campaign.scenario.radar;
+    let conditions = radar.conditions();
+    let tables: String = radar
+        .tables
+        .iter()
+        .map(|table| headline::headline(outcome, &campaign.methods, &conditions, *table))
+        .collect();
+    let full_rate: Vec<&CellSummary> = outcome
+        .cells
+        .iter()
+        .filter(|cell| {
+            cell.condition.table == radar.tables[0] && cell.condition.rate == radar.rates[0]
+        })
+        .collect();
+    let mut text = include_str!("page.html").to_owned();
+    let mut fill = |key: &str, value: &str| text = text.replace(&format!("{{{{{key}}}}}"), value);
+    fill(
+        "title",
+        &escaped(&format!("Evaluation: scenario {}", campaign.scenario.name)),
+    );
+    fill("lead", &escaped(&lead(material)));
+    fill("note", &note(provenance));
+    fill("tables", &tables);
+    for section in [
+        "metrics",
+        "trajectory",
+        "reliability",
+        "comparison",
+        "phases",
+        "variations",
+        "flights",
+        "gaps",
+        "runtime",
+    ] {
+        let own = figures.iter().filter(|figure| figure.section == section);
+        let html: String = own
+            .map(|figure| {
+                format!(
+                    "<figure>\n{}<figcaption>{} ({}.svg)</figcaption></figure>\n",
+                    figure.svg,
+                    escaped(&figure.caption),
+                    figure.name
+                )
+            })
+            .collect();
+        fill(section, &html);
+    }
+    fill("consistency", &headline::consistency(&full_rate));
+    let cluster = match outcome.cluster {
+        Cluster::Recording => "recording",
+        Cluster::Flight => "flight",
+    };
+    fill("cluster", cluster);
+    fill("methods", &headline::methods(&campaign.methods));
+    fill("provenance", &provenance_list(provenance));
+    fill("version", provenance.version);
+    fill("css", include_str!("page.css"));
+    // Script and data last: nothing of theirs is taken for a place to fill.
+    fill("js", include_str!("page.js"));
+    fill("data", &space::data(outcome, examples));
+    text
+}
+
+fn lead(material: &Material<'_>) -> String {
+    let Material {
+        campaign,
+        outcome,
+        provenance,
+        ..
+    } = material;
+    let steps: u64 = outcome.cells.iter().map(|cell| cell.metrics.steps).sum();
+    format!(
+        "{}. {} flights from {} recordings ({}), {} methods on the same readings, {} folds by recording, {} scored estimates.",
+        campaign.scenario.summary,
+        provenance.flights,
+        provenance.recordings,
+        provenance.data,
+        campaign.methods.len(),
+        provenance.folds,
+        thousands(steps),
+    )
+}
+
+fn note(provenance: &CampaignProvenance) -> String {
+    if !provenance.quick {
+        return String::new();
+    }
+    format!(
+        "<p class=\"note\">This is a quick run: {} flights and {} training epochs. Its figures are rough; the networks are not trained out.</p>",
+        provenance.flights, provenance.epochs
+    )
+}
+
+fn provenance_list(provenance: &CampaignProvenance) -> String {
+    let p = provenance;
+    let rows = [
+        ("command", p.command.clone()),
+        ("version", p.version.to_owned()),
+        ("tree", p.tree.to_owned()),
+        ("seed", p.seed.to_string()),
+        (
+            "scenario",
+            format!("{} (SHA-256 {})", p.scenario, p.scenario_sha256),
+        ),
+        ("flights", format!("{} (SHA-256 {})", p.data, p.data_sha256)),
+        (
+            "left out",
+            if p.unplaced.is_empty() {
+                "none".to_owned()
+            } else {
+                p.unplaced.join("; ")
+            },
+        ),
+        (
+            "training",
+            format!("{} epochs in each of {} folds", p.epochs, p.folds),
+        ),
+        (
+            "passes",
+            p.passes
+                .map_or("the models' own number".to_owned(), |passes| {
+                    passes.to_string()
+                }),
+        ),
+    ];
+    let row =
+        |(name, value): (&str, String)| format!("<dt>{name}</dt><dd>{}</dd>\n", escaped(&value));
+    format!(
+        "<dl>\n{}</dl>\n",
+        rows.into_iter().map(row).collect::<String>()
+    )
+}
+
+/// A number with blanks between thousands.
+fn thousands(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push('\u{a0}');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::thousands;
+
+    #[test]
+    fn thousands_are_set_apart() {
+        assert_eq!(thousands(7), "7");
+        assert_eq!(thousands(1234), "1\u{a0}234");
+        assert_eq!(thousands(12_345_678), "12\u{a0}345\u{a0}678");
+    }
+}
