@@ -8,6 +8,7 @@ pub mod chi_square;
 pub mod cmd;
 pub mod consistency;
 pub mod default_models;
+pub mod doubt;
 pub mod evaluation;
 pub mod filter;
 pub mod fold;

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use bnkf_host_sim::cmd::{demo, evaluate, image, replicate};
+use bnkf_host_sim::cmd::{demo, doubt, evaluate, image, replicate};
 use clap::{Parser, Subcommand};
 
 /// Simulated measurement loop of the Bayesian neural Kalman tracker.
@@ -20,6 +20,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Evaluate(evaluate::Args),
+    Doubt(doubt::Args),
     Image(image::Args),
     Replicate(replicate::Args),
 }
@@ -29,6 +30,7 @@ fn main() -> ExitCode {
     match cli.command {
         None => exit_code(demo::run(&cli.demo)),
         Some(Command::Evaluate(args)) => exit_code(evaluate::run(&args)),
+        Some(Command::Doubt(args)) => exit_code(doubt::run(&args)),
         Some(Command::Image(args)) => exit_code(image::run(&args)),
         Some(Command::Replicate(args)) => exit_code(replicate::run(&args)),
     }

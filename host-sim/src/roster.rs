@@ -8,6 +8,7 @@ use bnkf_model_export::reading::Reading;
 use bnkf_model_export::seed;
 
 use crate::baseline::correction::Correction;
+use crate::baseline::gated::Gated;
 use crate::baseline::imm::Imm;
 use crate::baseline::kalman::Kalman;
 use crate::baseline::memoryless::{Memoryless, Rule};
@@ -208,10 +209,13 @@ fn tuning(tunings: &Tunings, table: NoiseTable, noise: NoiseLevel) -> &Tuning {
 impl Kind {
     fn filter(self, tuning: &Tuning, seed: u64) -> Box<dyn Filter> {
         match self {
-            Self::Kalman(correction) => Box::new(tuning.kalman(correction)),
-            Self::Imm5 => Box::new(tuning.imm_five()),
-            Self::Imm10 => Box::new(Imm::wide(tuning.origin())),
-            Self::Particle => Box::new(RaoBlackwell::new(tuning.singer, tuning.prior, seed)),
+            Self::Kalman(correction) => Box::new(Gated::new(tuning.kalman(correction))),
+            Self::Imm5 => Box::new(Gated::new(tuning.imm_five())),
+            Self::Imm10 => Box::new(Gated::new(Imm::wide(tuning.origin()))),
+            Self::Particle => {
+                let particles = RaoBlackwell::new(tuning.singer, tuning.prior, seed);
+                Box::new(Gated::new(particles))
+            }
             Self::Rule(rule) => Box::new(Memoryless::new(rule, tuning.prior)),
         }
     }

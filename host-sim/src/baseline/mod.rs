@@ -8,6 +8,7 @@ pub mod bound;
 pub mod clock;
 pub mod correction;
 pub mod discrete;
+pub mod gated;
 pub mod gaussian;
 pub mod imm;
 pub mod kalman;

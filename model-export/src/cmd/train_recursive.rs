@@ -12,6 +12,7 @@ use crate::recursive::comparison::{Comparison, compare, table};
 use crate::recursive::model::{PASSES, RecursiveModel};
 use crate::recursive::provenance::Provenance;
 use crate::recursive::recipe::Recipe;
+use crate::recursive::sampling::Sampling;
 use crate::recursive::scenario::Scenario;
 use crate::recursive::training::{ResumeError, Training};
 use crate::recursive::training_progress::RecursiveProgress;
@@ -37,10 +38,9 @@ pub struct RecursiveArgs {
     /// scenario's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     episodes: Option<u64>,
-    /// Every weight a number instead of a distribution: the twin that the Bayesian network is
-    /// compared with
-    #[arg(long)]
-    deterministic: bool,
+    /// Which layers' weights are distributions; the others' are numbers
+    #[arg(long, value_enum, default_value_t = Sampling::EveryLayer)]
+    sampling: Sampling,
 }
 
 /// Runs the command.
@@ -52,7 +52,7 @@ pub fn train(run: &Run<'_>, args: &RecursiveArgs) -> Result<Outcome, TrainError>
     let recipe = Recipe {
         seed: run.seed,
         episodes: args.episodes.unwrap_or(default.episodes),
-        sampled: !args.deterministic,
+        sampling: args.sampling,
         ..default
     };
     let named = flights(run, args.scenario)?;

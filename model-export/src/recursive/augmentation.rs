@@ -31,10 +31,10 @@ impl Augmentation {
     /// What the shipped model is trained with.
     pub const DEFAULT: Self = Self {
         ln_size_sigma: 0.25,
-        stretch_share: 0.3,
+        stretch_share: 0.2,
         stretch_max: 3.0,
         ln_speed_sigma: 0.2,
-        recorded_share: 0.4,
+        recorded_share: 0.3,
         other_rate_share: 0.1,
     };
 

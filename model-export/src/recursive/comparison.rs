@@ -2,6 +2,7 @@
 //! network in the training's filter.
 
 use super::model::RecursiveModel;
+use super::sampling::Sampling;
 use super::score::Score;
 use super::step_programs::Programs;
 use super::trial::{Cell, TrackerScore};
@@ -49,7 +50,7 @@ pub fn compare(
     passes: u16,
 ) -> Result<Vec<Comparison>, TrackerError> {
     let programs = Programs::new(&model.base, &model.normalisation);
-    let weights = model.network.weights(Tier::detect(), false);
+    let weights = model.network.weights(Tier::detect(), Sampling::Nothing);
     let one = |cell: &Cell| {
         let encounters = cell.encounters(&model.population);
         Ok(Comparison {

@@ -2,6 +2,7 @@
 
 use super::features::{FEATURES, Normalisation};
 use super::network::Network;
+use super::sampling::Sampling;
 use super::schedule::{Base, OUTPUTS};
 use super::start::Population;
 use crate::blob_writer::{self, BlobContents, write_blob};
@@ -23,16 +24,19 @@ pub struct RecursiveModel {
     pub normalisation: Normalisation,
     /// The network.
     pub network: Network,
-    /// Whether its deviations count: false for a deterministic twin.
-    pub sampled: bool,
+    /// Which of its deviations count.
+    pub sampling: Sampling,
 }
 
 impl RecursiveModel {
     /// The network's posterior, in the order of blobs.
     pub fn weights(&self) -> GaussianWeights {
         let mut weights = self.network.gaussian_weights();
-        if !self.sampled {
-            weights.log_sigmas.fill(f32::NEG_INFINITY);
+        let layers = weights.architecture.layers();
+        for (index, shape) in layers.iter().enumerate() {
+            if !self.sampling.covers(index, layers.len()) {
+                weights.log_sigmas[shape.start..shape.end()].fill(f32::NEG_INFINITY);
+            }
         }
         weights
     }
@@ -40,35 +44,44 @@ impl RecursiveModel {
     /// The model of a blob and of the unrounded weights beside it; `None` when the network has
     /// another shape than training gives.
     pub fn of_blob(blob: &Blob<'_>, weights: &GaussianWeights) -> Option<Self> {
-        let p: Vec<f64> = blob.parameters().iter().map(f64::from).collect();
-        let pairs = blob.input_normalisation();
-        let pair = |index| f64::from(pairs.get(index));
+        let (population, base, normalisation) = Self::surroundings(blob)?;
+        Some(Self {
+            population,
+            base,
+            normalisation,
+            network: Network::of_gaussian_weights(weights)?,
+            sampling: sampling(weights),
+        })
+    }
+
+    /// What a recursive blob holds beside its network; `None` for a blob of another kind.
+    pub fn surroundings(blob: &Blob<'_>) -> Option<(Population, Base, Normalisation)> {
         if blob.kind() != Kind::Recursive {
             return None;
         }
-        Some(Self {
-            population: Population {
-                range_m: p[0],
-                range_sigma_m: p[1],
-                elevation_rad: p[2],
-                elevation_sigma_rad: p[3],
-                horizontal_sigma_mps: p[4],
-                vertical_sigma_mps: p[5],
-                acceleration_sigma_mps2: p[6],
-            },
-            base: Base {
-                decay_hz: p[7],
-                jerk_noise: p[8],
-                acceleration_noise: p[9],
-                velocity_noise: p[10],
-            },
-            normalisation: Normalisation {
-                offset: core::array::from_fn(|i| pair(2 * i)),
-                gain: core::array::from_fn(|i| pair(2 * i + 1)),
-            },
-            network: Network::of_gaussian_weights(weights)?,
-            sampled: weights.log_sigmas.iter().all(|sigma| sigma.is_finite()),
-        })
+        let p: Vec<f64> = blob.parameters().iter().map(f64::from).collect();
+        let pairs = blob.input_normalisation();
+        let pair = |index| f64::from(pairs.get(index));
+        let population = Population {
+            range_m: p[0],
+            range_sigma_m: p[1],
+            elevation_rad: p[2],
+            elevation_sigma_rad: p[3],
+            horizontal_sigma_mps: p[4],
+            vertical_sigma_mps: p[5],
+            acceleration_sigma_mps2: p[6],
+        };
+        let base = Base {
+            decay_hz: p[7],
+            jerk_noise: p[8],
+            acceleration_noise: p[9],
+            velocity_noise: p[10],
+        };
+        let normalisation = Normalisation {
+            offset: core::array::from_fn(|i| pair(2 * i)),
+            gain: core::array::from_fn(|i| pair(2 * i + 1)),
+        };
+        Some((population, base, normalisation))
     }
 
     /// The network's layers as the blob holds them.
@@ -115,6 +128,16 @@ impl RecursiveModel {
     }
 }
 
+/// What was sampled when `weights` were trained.
+fn sampling(weights: &GaussianWeights) -> Sampling {
+    let finite = |sigma: &f32| sigma.is_finite();
+    match (weights.log_sigmas.first(), weights.log_sigmas.last()) {
+        (Some(first), Some(_)) if finite(first) => Sampling::EveryLayer,
+        (_, Some(last)) if finite(last) => Sampling::LastLayer,
+        _ => Sampling::Nothing,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -132,19 +155,19 @@ mod tests {
         acceleration_sigma_mps2: 2.0,
     };
 
-    fn model(sampled: bool) -> RecursiveModel {
+    fn model(sampling: Sampling) -> RecursiveModel {
         RecursiveModel {
             population: POPULATION,
             base: Base::DRONE,
             normalisation: Normalisation::IDENTITY,
             network: Network::new(5),
-            sampled,
+            sampling,
         }
     }
 
     #[test]
     fn the_integer_network_answers_what_the_trained_one_does() {
-        let model = model(true);
+        let model = model(Sampling::EveryLayer);
         let bytes = model.blob().unwrap();
         let blob = Blob::parse(&bytes).unwrap();
         let view = blob.networks().next().unwrap();
@@ -157,7 +180,7 @@ mod tests {
         let mut pass = Pass::new(8);
         pass.features_mut()[..FEATURES].copy_from_slice(&inputs);
         let tier = Tier::detect();
-        pass.forward(tier, &model.network.weights(tier, false), 0);
+        pass.forward(tier, &model.network.weights(tier, Sampling::Nothing), 0);
         let expected = &pass.outputs()[..OUTPUT_COLUMNS];
         let largest = expected.iter().fold(0.0_f32, |m, x| m.max(x.abs()));
         for (a, b) in answer.iter().zip(expected) {
@@ -169,23 +192,27 @@ mod tests {
 
     #[test]
     fn a_deterministic_twin_has_no_variance() {
-        let bytes = model(false).blob().unwrap();
+        let bytes = model(Sampling::Nothing).blob().unwrap();
         let view = Blob::parse(&bytes).unwrap().networks().next().unwrap();
         assert_eq!(view.layer(2).variance_max, 0.0);
-        let bytes = model(true).blob().unwrap();
+        let bytes = model(Sampling::EveryLayer).blob().unwrap();
         let view = Blob::parse(&bytes).unwrap().networks().next().unwrap();
         assert!(view.layer(2).variance_max > 0.0);
+        let bytes = model(Sampling::LastLayer).blob().unwrap();
+        let view = Blob::parse(&bytes).unwrap().networks().next().unwrap();
+        assert_eq!(view.layer(3).variance_max, 0.0);
+        assert!(view.layer(4).variance_max > 0.0);
     }
 
     #[test]
     fn a_model_comes_back_from_its_blob_and_weights() {
-        for sampled in [true, false] {
-            let model = model(sampled);
+        for sampling in [Sampling::EveryLayer, Sampling::LastLayer, Sampling::Nothing] {
+            let model = model(sampling);
             let bytes = model.blob().unwrap();
             let back =
                 RecursiveModel::of_blob(&Blob::parse(&bytes).unwrap(), &model.weights()).unwrap();
             assert_eq!(back.blob().unwrap(), bytes);
-            assert_eq!(back.sampled, sampled);
+            assert_eq!(back.sampling, sampling);
         }
     }
 }

@@ -3,6 +3,7 @@
 
 use super::network_gradient::Gradient;
 use super::network_shape::{LAYERS, OFFSETS, PARAMETERS, SHAPES, places};
+use super::sampling::Sampling;
 use super::schedule::OUTPUTS;
 use super::weights::Weights;
 use crate::architecture::Architecture;
@@ -56,9 +57,9 @@ impl Network {
         }
     }
 
-    /// What passes read; `sampled` false takes every variance as zero.
-    pub fn weights(&self, tier: Tier, sampled: bool) -> Weights {
-        Weights::new(tier, &self.means, &self.log_sigmas, sampled)
+    /// What passes read; the variances of layers that are not sampled are zero.
+    pub fn weights(&self, tier: Tier, sampling: Sampling) -> Weights {
+        Weights::new(tier, &self.means, &self.log_sigmas, sampling)
     }
 
     /// One Adam step on the mean gradient of a batch, clipped to `clip` in Euclidean norm, plus

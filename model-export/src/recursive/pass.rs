@@ -88,7 +88,7 @@ impl Pass {
                 &m[bias..end],
                 &mut mean[..len],
             );
-            if weights.sampled {
+            if weights.sampling.covers(layer, LAYERS) {
                 rows_times(
                     tier,
                     inputs,
@@ -217,14 +217,15 @@ mod tests {
     use crate::recursive::features::FEATURES;
     use crate::recursive::network::Network;
     use crate::recursive::network_shape::PARAMETERS;
+    use crate::recursive::sampling::Sampling;
     use crate::recursive::schedule::OUTPUTS;
 
     /// Sum of the outputs times fixed numbers, for the same noise at every call.
-    fn loss(network: &Network, features: &[f32], sampled: bool) -> f64 {
+    fn loss(network: &Network, features: &[f32], sampling: Sampling) -> f64 {
         let tier = Tier::detect();
         let mut pass = Pass::new(8);
         pass.features_mut().copy_from_slice(features);
-        pass.forward(tier, &network.weights(tier, sampled), 3);
+        pass.forward(tier, &network.weights(tier, sampling), 3);
         pass.outputs()
             .iter()
             .zip(seeds())
@@ -261,9 +262,9 @@ mod tests {
     fn gradients_equal_central_differences() {
         let tier = Tier::detect();
         let features: Vec<f32> = (0..8 * FEATURES).map(|i| (i as f32 * 0.37).sin()).collect();
-        for sampled in [false, true] {
+        for sampling in [Sampling::Nothing, Sampling::LastLayer, Sampling::EveryLayer] {
             let network = network();
-            let weights = network.weights(tier, sampled);
+            let weights = network.weights(tier, sampling);
             let mut pass = Pass::new(8);
             pass.features_mut().copy_from_slice(&features);
             pass.forward(tier, &weights, 3);
@@ -280,29 +281,30 @@ mod tests {
             for i in (0..8 * FEATURES).step_by(37) {
                 let mut moved = features.clone();
                 moved[i] = features[i] + 1e-3;
-                let high = loss(&network, &moved, sampled);
+                let high = loss(&network, &moved, sampling);
                 moved[i] = features[i] - 1e-3;
                 check(
                     "feature",
                     by_feature[i],
                     high,
-                    loss(&network, &moved, sampled),
+                    loss(&network, &moved, sampling),
                     1e-3,
                 );
             }
             for i in (0..PARAMETERS).step_by(397) {
                 let mut moved = network.clone();
                 moved.means[i] += 1e-3;
-                let high = loss(&moved, &features, sampled);
+                let high = loss(&moved, &features, sampling);
                 moved.means[i] -= 2e-3;
-                let low = loss(&moved, &features, sampled);
+                let low = loss(&moved, &features, sampling);
                 check("mean", gradient.by_mean[i], high, low, 1e-3);
-                if sampled {
+                let last = i >= OFFSETS[LAYERS - 1];
+                if sampling == Sampling::EveryLayer || (last && sampling == Sampling::LastLayer) {
                     moved.means[i] = network.means[i];
                     moved.log_sigmas[i] += 1e-2;
-                    let high = loss(&moved, &features, sampled);
+                    let high = loss(&moved, &features, sampling);
                     moved.log_sigmas[i] -= 2e-2;
-                    let low = loss(&moved, &features, sampled);
+                    let low = loss(&moved, &features, sampling);
                     let variance = (2.0 * network.log_sigmas[i]).exp();
                     check(
                         "log sigma",

@@ -2,6 +2,7 @@
 
 use super::augmentation::Augmentation;
 use super::encounter::Encounter;
+use super::sampling::Sampling;
 use super::sensor::Sensor;
 use super::start::Population;
 use crate::flight::Flight;
@@ -31,8 +32,8 @@ pub struct Recipe {
     pub clip: f64,
     /// Weight of the divergence from the prior beside the mean loss of a step.
     pub kl_weight: f64,
-    /// Whether weights are sampled: false trains a deterministic twin.
-    pub sampled: bool,
+    /// Which weights are distributions.
+    pub sampling: Sampling,
     /// Samples of a training flight.
     pub samples: usize,
     /// What measures the flights.
@@ -47,13 +48,13 @@ impl Recipe {
     /// The shipped model's.
     pub const DEFAULT: Self = Self {
         seed: 1,
-        episodes: 1000,
+        episodes: 2500,
         flights: 160,
         window: 50,
         rate: 2e-3,
         clip: 1.0,
         kl_weight: 1e-6,
-        sampled: true,
+        sampling: Sampling::EveryLayer,
         samples: 150,
         sensor: Sensor::PAPER,
         augmentation: Augmentation::DEFAULT,
@@ -63,12 +64,10 @@ impl Recipe {
     /// The shipped counter-UAS model's: drones of up to 25 m/s at 0.3 to 3 km.
     pub const COUNTER_UAS: Self = Self {
         samples: 300,
-        episodes: 400,
+        episodes: 1000,
         sensor: Sensor::COUNTER_UAS,
         augmentation: Augmentation {
-            stretch_share: 0.2,
             stretch_max: 1.5,
-            other_rate_share: 0.0,
             ..Augmentation::DEFAULT
         },
         volume: Volume {

@@ -18,6 +18,8 @@ pub struct Sensor {
     pub misstated_share: f64,
     /// Share of flights with outliers.
     pub outlier_share: f64,
+    /// Share of flights with false alarms: readings of nothing, anywhere in the sky.
+    pub false_alarm_share: f64,
 }
 
 /// Radars that are alike.
@@ -37,12 +39,14 @@ impl Sensor {
         family: Family::Paper,
         misstated_share: 0.04,
         outlier_share: 0.03,
+        false_alarm_share: 0.0,
     };
     /// What the counter-UAS model is trained under.
     pub const COUNTER_UAS: Self = Self {
         family: Family::CounterUas,
         misstated_share: 0.04,
-        outlier_share: 0.4,
+        outlier_share: 0.2,
+        false_alarm_share: 0.6,
     };
 
     /// One draw of the sensor and its readings of `flight`; `seed` gives the readings' noise.
@@ -91,6 +95,17 @@ impl Sensor {
             for reading in readings.iter_mut().skip(1).flatten() {
                 if random.chance(often) {
                     spoil(reading, random);
+                }
+            }
+        }
+        // Without a share nothing is drawn: the stream of the shipped model stays what it was.
+        if self.false_alarm_share > 0.0 && random.chance(self.false_alarm_share) {
+            let often = random.uniform(0.002, 0.03);
+            let range_m_max = readings.iter().flatten().map(|reading| reading.range_m);
+            let range_m_max = 1.5 * range_m_max.fold(1.0, f64::max);
+            for reading in readings.iter_mut().skip(1).flatten() {
+                if random.chance(often) {
+                    imagine(reading, range_m_max, random);
                 }
             }
         }
@@ -150,6 +165,14 @@ pub(super) fn spoil(reading: &mut Reading, random: &mut RandomSource) {
         2 => reading.azimuth_rad += sigmas * reading.sigma_azimuth_rad,
         _ => reading.range_rate_mps += sigmas * reading.sigma_range_rate_mps,
     }
+}
+
+/// Replaces what a reading measures by a place anywhere in the sky.
+fn imagine(reading: &mut Reading, range_m_max: f64, random: &mut RandomSource) {
+    reading.range_m = random.uniform(0.0, range_m_max);
+    reading.elevation_rad = random.uniform(0.0, core::f64::consts::FRAC_PI_4);
+    reading.azimuth_rad = random.uniform(-core::f64::consts::PI, core::f64::consts::PI);
+    reading.range_rate_mps = random.uniform(-30.0, 30.0);
 }
 
 #[cfg(test)]

@@ -92,12 +92,17 @@ pub fn advance<S: Scalar>(
                 )
             })
         }),
-        memory: core::array::from_fn(|i: usize| {
-            debug_assert!(i < MEMORY);
-            let weight = fading_weight(arrival.dt_s, MEMORY_TIMES_S[i]);
-            between(carry.memory[i], outputs[SCHEDULE + i].tanh(), weight)
-        }),
+        memory: noted(&carry.memory, outputs, arrival.dt_s),
     }
+}
+
+/// The network's memory after it answered with `outputs`.
+pub(super) fn noted<S: Scalar>(memory: &[S; MEMORY], outputs: &[S], dt_s: S) -> [S; MEMORY] {
+    core::array::from_fn(|i: usize| {
+        debug_assert!(i < MEMORY);
+        let weight = fading_weight(dt_s, MEMORY_TIMES_S[i]);
+        memory[i] + weight * (outputs[SCHEDULE + i].tanh() - memory[i])
+    })
 }
 
 /// Weight of the newest value in a running mean with a time constant.

@@ -348,6 +348,7 @@ mod tests {
     use crate::recursive::features::Normalisation;
     use crate::recursive::model::RecursiveModel;
     use crate::recursive::network::Network;
+    use crate::recursive::sampling::Sampling;
     use crate::recursive::schedule::Base;
     use crate::recursive::start::Population;
 
@@ -388,7 +389,7 @@ mod tests {
             base: Base::DRONE,
             normalisation: Normalisation::IDENTITY,
             network: Network::new(3),
-            sampled: true,
+            sampling: Sampling::EveryLayer,
         };
         let bytes = model.blob().unwrap();
         let blob = Blob::parse(&bytes).unwrap();

@@ -9,6 +9,7 @@ use super::model::RecursiveModel;
 use super::network::Network;
 use super::network_gradient::Gradient;
 use super::recipe::Recipe;
+use super::sampling::Sampling;
 use super::schedule::{Base, OUTPUTS};
 use super::start::Population;
 use super::step::advance;
@@ -158,7 +159,7 @@ impl<'f> Training<'f> {
             base: self.base,
             normalisation: self.normalisation.clone(),
             network: self.network.clone(),
-            sampled: self.recipe.sampled,
+            sampling: self.recipe.sampling,
         }
     }
 
@@ -199,7 +200,7 @@ impl<'f> Training<'f> {
             let from = window * self.recipe.window;
             let range = from..steps.min(from + self.recipe.window);
             let tier = Tier::detect();
-            let weights = self.network.weights(tier, self.recipe.sampled);
+            let weights = self.network.weights(tier, self.recipe.sampling);
             let seed = derive(
                 self.recipe.seed,
                 &[name_id("window"), self.episode, window as u64],
@@ -231,10 +232,10 @@ impl<'f> Training<'f> {
             let norm = self.network.update(
                 tier,
                 self.recipe.rate_at(update, share) as f32,
-                if self.recipe.sampled {
-                    self.recipe.kl_weight as f32
-                } else {
+                if self.recipe.sampling == Sampling::Nothing {
                     0.0
+                } else {
+                    self.recipe.kl_weight as f32
                 },
                 self.recipe.clip as f32,
                 &mut gradient,

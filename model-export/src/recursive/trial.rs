@@ -147,6 +147,7 @@ mod tests {
     use crate::generator::{GeneratorSettings, generate};
     use crate::kernel::Tier;
     use crate::recursive::recipe::Recipe;
+    use crate::recursive::sampling::Sampling;
     use crate::recursive::scenario::Scenario;
     use crate::recursive::training::Training;
 
@@ -163,7 +164,7 @@ mod tests {
         };
         let training = Training::new(recipe, &flights).unwrap();
         let bytes = training.model().blob().unwrap();
-        let weights = training.network.weights(Tier::detect(), false);
+        let weights = training.network.weights(Tier::detect(), Sampling::Nothing);
         for cell in Scenario::Paper.cells(&flights, 5) {
             let encounters = cell.encounters(&training.population);
             let expected = Score::of(training.programs(), &weights, &encounters);

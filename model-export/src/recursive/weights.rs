@@ -1,6 +1,7 @@
 //! The posterior as passes through the network read it.
 
-use super::network_shape::{OFFSETS, PARAMETERS, SHAPES};
+use super::network_shape::{LAYERS, OFFSETS, PARAMETERS, SHAPES};
+use super::sampling::Sampling;
 use crate::kernel::{Aligned, Tier, exp_in_place};
 
 /// What one pass reads: means and variances, and their transposes for the way back.
@@ -10,24 +11,30 @@ pub struct Weights {
     pub(super) variances: Aligned,
     pub(super) means_transposed: Aligned,
     pub(super) variances_transposed: Aligned,
-    pub(super) sampled: bool,
+    pub(super) sampling: Sampling,
 }
 
 impl Weights {
-    /// From posterior means and logarithms of deviations; `sampled` false takes every variance as
-    /// zero.
-    pub(super) fn new(tier: Tier, means: &Aligned, log_sigmas: &Aligned, sampled: bool) -> Self {
+    /// From posterior means and logarithms of deviations; the variances of layers that
+    /// are not sampled are zero.
+    pub(super) fn new(
+        tier: Tier,
+        means: &Aligned,
+        log_sigmas: &Aligned,
+        sampling: Sampling,
+    ) -> Self {
         let mut variances = Aligned::zeros(PARAMETERS);
-        if sampled {
-            variances.copy_from_slice(log_sigmas);
-            exp_in_place(tier, 2.0, &mut variances);
+        variances.copy_from_slice(log_sigmas);
+        exp_in_place(tier, 2.0, &mut variances);
+        for layer in (0..LAYERS).filter(|layer| !sampling.covers(*layer, LAYERS)) {
+            variances[OFFSETS[layer]..OFFSETS[layer + 1]].fill(0.0);
         }
         Self {
             means_transposed: transposed(means),
             variances_transposed: transposed(&variances),
             means: means.clone(),
             variances,
-            sampled,
+            sampling,
         }
     }
 }

@@ -6,6 +6,7 @@ use crate::recursive::features::Normalisation;
 use crate::recursive::network::Network;
 use crate::recursive::network_shape::{LAYERS, PARAMETERS};
 use crate::recursive::recipe::Recipe;
+use crate::recursive::sampling::Sampling;
 use crate::recursive::schedule::Base;
 use crate::recursive::start::Population;
 
@@ -39,7 +40,7 @@ fn the_gradient_of_a_window_is_the_slope_of_its_loss() {
     let programs = Programs::new(&Base::DRONE, &Normalisation::IDENTITY);
     let (batches, network, tier) = (batches(), network(), Tier::detect());
     let loss = |network: &Network, gradient: Option<&mut Gradient>| {
-        let weights = network.weights(tier, false);
+        let weights = network.weights(tier, Sampling::Nothing);
         let mut run = Unrolled::new(&programs, batches.len(), STEPS);
         run.begin(&batches);
         let loss = run.forward(&weights, &batches, 0..STEPS, 0);
@@ -77,7 +78,7 @@ fn the_gradient_of_a_window_is_the_slope_of_its_loss() {
 fn two_windows_are_one() {
     let programs = Programs::new(&Base::DRONE, &Normalisation::IDENTITY);
     let (batches, tier) = (batches(), Tier::detect());
-    let weights = network().weights(tier, false);
+    let weights = network().weights(tier, Sampling::Nothing);
     let mut whole = Unrolled::new(&programs, batches.len(), STEPS);
     whole.begin(&batches);
     let once = whole.forward(&weights, &batches, 0..STEPS, 0);
@@ -97,7 +98,7 @@ fn a_lost_flight_starts_anew_and_is_scored_no_more() {
     let (mut batches, tier) = (batches(), Tier::detect());
     batches[1].arrivals[3][1][2] = 1.0;
     batches[1].arrivals[3][4][2] = f64::NAN;
-    let weights = network().weights(tier, false);
+    let weights = network().weights(tier, Sampling::Nothing);
     let mut run = Unrolled::new(&programs, batches.len(), STEPS);
     run.begin(&batches);
     let loss = run.forward(&weights, &batches, 0..10, 0);

@@ -1,0 +1,193 @@
+//! Whether doubt about the weights rises on unfamiliar motion and mends the coverage there: ways of
+//! being in doubt on the same flights, familiar and not.
+
+pub mod entry;
+pub mod table;
+pub mod world;
+
+use bnkf_model_export::flight::Flight;
+use bnkf_model_export::noise::NoiseLevel;
+use bnkf_model_export::recursive::committee::{Committee, Followed};
+use bnkf_model_export::recursive::scenario::Scenario;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::bootstrap::{FlightSum, Interval, interval_95, mean};
+use crate::paired::PairedDifference;
+
+/// 90th percentile of chi-square with three degrees of freedom.
+const CHI2_90: f64 = 6.251_388_631_170_325;
+
+/// How one way of being in doubt does in one world at one noise level, all sampling rates together.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Doubt {
+    /// Mean distance to the truth, metres.
+    pub distance_m: f64,
+    /// Mean normalised error squared; three is honest.
+    pub nees: f64,
+    /// Share of truths inside the 90% ellipsoid, and its interval by flight.
+    pub coverage90: f64,
+    /// Its 95% interval, by flight.
+    pub coverage90_interval: Interval,
+    /// Mean negative log-likelihood of the true position, nats.
+    pub surprise: f64,
+    /// Root mean square over steps of the deviation of the mean jerk over opinions, m/s^3.
+    pub jerk_sigma_mps3: f64,
+    /// What that adds to the density of the jerk noise, as a share of the scheduled one; median
+    /// over flights of the mean over steps.
+    pub noise_share: f64,
+    /// Coverage less that of the first entry.
+    pub coverage90_gain: PairedDifference,
+    /// Surprise less that of the first entry; negative is better.
+    pub surprise_gain: PairedDifference,
+}
+
+/// A row of the study.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// The world.
+    pub world: String,
+    /// The noise level.
+    pub noise: NoiseLevel,
+    /// Name of the entry.
+    pub entry: String,
+    /// What was found.
+    #[serde(flatten)]
+    pub doubt: Doubt,
+}
+
+/// An entry, ready to follow flights.
+pub struct Candidate<'b> {
+    /// Its name.
+    pub name: &'b str,
+    /// Its opinions.
+    pub committee: Committee<'b>,
+}
+
+/// Sums of one flight.
+struct FlightSums {
+    distance: FlightSum,
+    nees: FlightSum,
+    covered: FlightSum,
+    surprise: FlightSum,
+    jerk: FlightSum,
+    share: FlightSum,
+}
+
+/// Lets every candidate follow `flights` under the paper's noise levels and sampling rates; rows in
+/// the order of levels, then candidates. `told` is called once a level and candidate.
+pub fn study(
+    world: &str,
+    flights: &[Flight],
+    candidates: &[Candidate<'_>],
+    seed: u64,
+    told: &dyn Fn(),
+) -> Vec<Row> {
+    let cells = Scenario::Paper.cells(flights, seed);
+    let rates = cells.len() / NoiseLevel::ALL.len();
+    let mut rows = Vec::new();
+    for (noise, cells) in NoiseLevel::ALL.into_iter().zip(cells.chunks(rates)) {
+        let mut first: Option<Vec<FlightSums>> = None;
+        for candidate in candidates {
+            let committee = &candidate.committee;
+            // One entry a flight: its cells one after another.
+            let mut steps: Vec<Vec<Followed>> = Vec::new();
+            for cell in cells {
+                let encounters = cell.encounters(committee.population());
+                let parts: Vec<Vec<Followed>> = encounters
+                    .par_iter()
+                    .enumerate()
+                    .map(|(index, encounter)| committee.follow(encounter, seed + index as u64))
+                    .collect();
+                if steps.is_empty() {
+                    steps = parts;
+                } else {
+                    for (all, part) in steps.iter_mut().zip(parts) {
+                        all.extend(part);
+                    }
+                }
+            }
+            let sums: Vec<FlightSums> = steps.iter().map(|steps| FlightSums::of(steps)).collect();
+            rows.push(Row {
+                world: world.to_owned(),
+                noise,
+                entry: candidate.name.to_owned(),
+                doubt: Doubt::new(&sums, first.as_ref().unwrap_or(&sums), seed),
+            });
+            first.get_or_insert(sums);
+            told();
+        }
+    }
+    rows
+}
+
+impl FlightSums {
+    fn of(steps: &[Followed]) -> Self {
+        let sum = |value: fn(&Followed) -> f64| FlightSum::of(steps.iter().map(value));
+        Self {
+            distance: sum(|step| step.distance_m),
+            nees: sum(|step| step.nees),
+            covered: sum(|step| f64::from(u8::from(step.nees < CHI2_90))),
+            surprise: sum(|step| step.surprise),
+            jerk: sum(|step| step.jerk_variance),
+            share: sum(|step| step.noise_share),
+        }
+    }
+}
+
+impl Doubt {
+    fn new(own: &[FlightSums], first: &[FlightSums], seed: u64) -> Self {
+        let part = |sums: &[FlightSums], value: fn(&FlightSums) -> FlightSum| {
+            sums.iter().map(value).collect::<Vec<_>>()
+        };
+        let average = |value| mean(&part(own, value));
+        let against = |value| PairedDifference::new(&part(own, value), &part(first, value), seed);
+        let mut shares: Vec<f64> = own.iter().map(|sums| mean(&[sums.share])).collect();
+        shares.sort_unstable_by(f64::total_cmp);
+        Self {
+            distance_m: average(|sums| sums.distance),
+            nees: average(|sums| sums.nees),
+            coverage90: average(|sums| sums.covered),
+            coverage90_interval: interval_95(&part(own, |sums| sums.covered), seed),
+            surprise: average(|sums| sums.surprise),
+            jerk_sigma_mps3: average(|sums| sums.jerk).sqrt(),
+            noise_share: shares.get(shares.len() / 2).copied().unwrap_or(f64::NAN),
+            coverage90_gain: against(|sums| sums.covered),
+            surprise_gain: against(|sums| sums.surprise),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Candidate, study};
+    use crate::default_models;
+    use crate::doubt::world::World;
+    use bnkf::blob::Kind;
+    use bnkf_model_export::recursive::committee::Committee;
+
+    #[test]
+    fn sampled_weights_doubt_and_mean_ones_do_not() {
+        let models = default_models::load().unwrap();
+        let model = models
+            .iter()
+            .find(|model| model.blob().kind() == Kind::Recursive);
+        let blob = model.unwrap().blob();
+        let candidate = |name, passes| Candidate {
+            name,
+            committee: Committee::new(&[blob], passes).unwrap(),
+        };
+        let candidates = [candidate("mean", 1), candidate("sampled", 8)];
+        let world = &World::built_in(3).unwrap()[0];
+        let rows = study(&world.name, &world.flights, &candidates, 1, &|| ());
+        assert_eq!(rows.len(), 6);
+        for pair in rows.chunks(2) {
+            let (plain, sampled) = (&pair[0].doubt, &pair[1].doubt);
+            assert_eq!((plain.noise_share, plain.jerk_sigma_mps3), (0.0, 0.0));
+            assert_eq!(plain.surprise_gain.difference, 0.0);
+            assert!(sampled.noise_share > 0.0 && sampled.jerk_sigma_mps3 > 0.0);
+            assert!(sampled.surprise_gain.difference != 0.0);
+            assert!((1.0..8.0).contains(&plain.nees), "{}", plain.nees);
+        }
+    }
+}

@@ -1,0 +1,304 @@
+//! Several opinions about the same track: passes of one network with sampled weights, or networks
+//! that were trained apart. Where they disagree about the mean jerk, the filter doubts its motion.
+
+use super::carry::MEMORY;
+use super::cholesky::{cholesky, forward_substitute};
+use super::encounter::Encounter;
+use super::features::{Normalisation, features};
+use super::model::RecursiveModel;
+use super::schedule::{Base, OUTPUTS, SCHEDULE, Schedule};
+use super::start::Population;
+use super::step::{advance, noted};
+use bnkf::blob::Blob;
+use bnkf::monte_carlo::separate_moments;
+use bnkf::network::{Network, Scratch};
+use bnkf::rng::{Generator, seeded};
+
+/// First output that is a mean jerk, its scale to m/s^3, and first output that is a jerk noise; see
+/// `firmware/BLOB.md`.
+const JERK_OUTPUT: usize = 4;
+const JERK_SCALE: f64 = 2.0;
+const NOISE_OUTPUT: usize = 7;
+
+/// Networks that share one filter. Each keeps its own notes.
+pub struct Committee<'b> {
+    population: Population,
+    base: Base,
+    members: Vec<Member<'b>>,
+    passes: u16,
+}
+
+struct Member<'b> {
+    normalisation: Normalisation,
+    network: Network<'b>,
+}
+
+/// Why blobs make no committee.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CommitteeError {
+    /// No blobs at all.
+    #[error("no blobs")]
+    Empty,
+    /// A blob of another kind.
+    #[error("not a recursive blob")]
+    OtherKind,
+}
+
+/// One step of a flight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Followed {
+    /// Distance between the estimated and the true position, metres.
+    pub distance_m: f64,
+    /// Normalised error squared of the position.
+    pub nees: f64,
+    /// Negative log-likelihood of the true position, nats.
+    pub surprise: f64,
+    /// Mean over axes of the variance of the mean jerk over opinions, (m/s^3)^2.
+    pub jerk_variance: f64,
+    /// What it adds to the scheduled density of the jerk noise, as a share of that.
+    pub noise_share: f64,
+}
+
+impl<'b> Committee<'b> {
+    /// A committee of the networks of `blobs`; the first one's population and base model serve all.
+    /// With more than one of `passes` every network gives that many sampled opinions.
+    ///
+    /// # Errors
+    /// See [`CommitteeError`].
+    pub fn new(blobs: &[Blob<'b>], passes: u16) -> Result<Self, CommitteeError> {
+        let first = blobs.first().ok_or(CommitteeError::Empty)?;
+        let (population, base, _) =
+            RecursiveModel::surroundings(first).ok_or(CommitteeError::OtherKind)?;
+        let mut members = Vec::new();
+        for blob in blobs {
+            let (_, _, normalisation) =
+                RecursiveModel::surroundings(blob).ok_or(CommitteeError::OtherKind)?;
+            members.extend(blob.networks().map(|view| Member {
+                normalisation: normalisation.clone(),
+                network: Network::new(view),
+            }));
+        }
+        Ok(Self {
+            population,
+            base,
+            members,
+            passes,
+        })
+    }
+
+    /// What is known before the first measurement.
+    pub fn population(&self) -> &Population {
+        &self.population
+    }
+
+    /// Follows a flight in the double-precision filter, which neither gates nor restarts. `seed` gives the sampled weights.
+    pub fn follow(&self, encounter: &Encounter, seed: u64) -> Vec<Followed> {
+        let mut carry = encounter.start;
+        let mut notes = vec![carry.memory; self.members.len()];
+        let mut sampler = Sampler {
+            passes: self.passes,
+            rng: seeded(seed),
+            scratch: Scratch::new(),
+        };
+        let steps = encounter.arrivals.iter().zip(&encounter.truths_m);
+        let follow = |(arrival, truth): (_, &[f64; 3])| {
+            let arrival: &super::step::Arrival<f64> = arrival;
+            let opinions: Vec<Opinion> = self
+                .members
+                .iter()
+                .zip(&mut notes)
+                .map(|(member, notes)| {
+                    let mut own = carry;
+                    own.memory = *notes;
+                    let list = features(&own, arrival.dt_s);
+                    let inputs = member.normalisation.apply(&list).map(|x| x as f32);
+                    let opinion = sampler.ask(&member.network, &inputs);
+                    *notes = noted::<f64>(notes, &opinion.outputs, arrival.dt_s);
+                    opinion
+                })
+                .collect();
+            let (outputs, doubt) = joined(&opinions, &self.base, arrival.dt_s);
+            carry = advance(&carry, &outputs, arrival, &self.base);
+            let block: [[f64; 3]; 3] =
+                core::array::from_fn(|i| core::array::from_fn(|j| carry.covariance[i][j]));
+            let factor = cholesky(&block);
+            let error: [f64; 3] = core::array::from_fn(|i| carry.state[i] - truth[i]);
+            let nees: f64 = forward_substitute(&factor, error)
+                .map(|w| w * w)
+                .iter()
+                .sum();
+            let ln_det: f64 = (0..3).map(|i| factor[i][i].ln()).sum();
+            Followed {
+                distance_m: error.iter().map(|e| e * e).sum::<f64>().sqrt(),
+                nees,
+                surprise: 1.5 * core::f64::consts::TAU.ln() + 0.5 * nees + ln_det,
+                jerk_variance: doubt.jerk_variance,
+                noise_share: doubt.noise_share,
+            }
+        };
+        steps.map(follow).collect()
+    }
+}
+
+/// How a network is asked.
+struct Sampler {
+    passes: u16,
+    rng: Generator,
+    scratch: Scratch,
+}
+
+/// A network's answer: means over its passes and variances of the mean jerk.
+struct Opinion {
+    outputs: [f64; OUTPUTS],
+    jerk_variances: [f64; 3],
+}
+
+impl Sampler {
+    fn ask(&mut self, network: &Network<'_>, inputs: &[f32]) -> Opinion {
+        let (mut outputs, mut variances) = ([0.0_f32; OUTPUTS], [0.0_f32; OUTPUTS]);
+        if self.passes == 1 {
+            network.mean_pass(inputs, &mut outputs);
+        } else {
+            (outputs, variances) = separate_moments(
+                network,
+                inputs,
+                self.passes,
+                &mut self.rng,
+                &mut self.scratch,
+            );
+        }
+        Opinion {
+            outputs: outputs.map(f64::from),
+            jerk_variances: core::array::from_fn(|axis| {
+                JERK_SCALE * JERK_SCALE * f64::from(variances[JERK_OUTPUT + axis])
+            }),
+        }
+    }
+}
+
+/// How much opinions differ.
+struct Doubt {
+    jerk_variance: f64,
+    noise_share: f64,
+}
+
+/// The mean answer, its jerk noise raised by what opinions differ in.
+fn joined(opinions: &[Opinion], base: &Base, dt_s: f64) -> ([f64; OUTPUTS], Doubt) {
+    let count = opinions.len() as f64;
+    let mean = |value: &dyn Fn(&Opinion) -> f64| opinions.iter().map(value).sum::<f64>() / count;
+    let mut outputs = [0.0; OUTPUTS];
+    for (i, output) in outputs[..SCHEDULE].iter_mut().enumerate() {
+        *output = mean(&|opinion| opinion.outputs[i]);
+    }
+    let scheduled = Schedule::read(&outputs, base).jerk_noise;
+    let mut doubt = Doubt {
+        jerk_variance: 0.0,
+        noise_share: 0.0,
+    };
+    for axis in 0..3 {
+        let jerk = outputs[JERK_OUTPUT + axis];
+        let within = mean(&|opinion| opinion.jerk_variances[axis]);
+        let between = if opinions.len() < 2 {
+            0.0
+        } else {
+            let square = |opinion: &Opinion| {
+                let apart = JERK_SCALE * (opinion.outputs[JERK_OUTPUT + axis] - jerk);
+                apart * apart
+            };
+            mean(&square) * count / (count - 1.0)
+        };
+        let variance = within + between;
+        let raised = scheduled[axis] + variance * dt_s;
+        outputs[NOISE_OUTPUT + axis] = (raised / base.jerk_noise).ln();
+        doubt.jerk_variance += variance / 3.0;
+        doubt.noise_share += variance * dt_s / scheduled[axis] / 3.0;
+    }
+    (outputs, doubt)
+}
+
+const _: () = assert!(SCHEDULE + MEMORY == OUTPUTS);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generator::{GeneratorSettings, generate};
+    use crate::recursive::recipe::Recipe;
+    use crate::recursive::scenario::Scenario;
+    use crate::recursive::training::Training;
+
+    fn blob(seed: u64) -> (Vec<u8>, Vec<Encounter>) {
+        let settings = GeneratorSettings {
+            flights: 3,
+            ..GeneratorSettings::default()
+        };
+        let flights = generate(&settings).unwrap();
+        let recipe = Recipe {
+            seed,
+            flights: 32,
+            episodes: 2,
+            ..Recipe::DEFAULT
+        };
+        let mut training = Training::new(recipe, &flights).unwrap();
+        training.episode();
+        training.episode();
+        let model = training.model();
+        let encounters = Scenario::Paper.cells(&flights, 1)[4].encounters(&model.population);
+        (model.blob().unwrap(), encounters)
+    }
+
+    #[test]
+    fn one_member_is_the_tracker_itself_and_twice_the_same_changes_nothing() {
+        let (bytes, encounters) = blob(1);
+        let own = Blob::parse(&bytes).unwrap();
+        let alone = Committee::new(&[own], 1).unwrap();
+        let twins = Committee::new(&[own, own], 1).unwrap();
+        let (population, base, normalisation) = RecursiveModel::surroundings(&own).unwrap();
+        assert_eq!(*alone.population(), population);
+        for encounter in &encounters {
+            let followed = alone.follow(encounter, 0);
+            let mut carry = encounter.start;
+            for (arrival, step) in encounter.arrivals.iter().zip(&followed) {
+                let inputs = normalisation.apply(&features(&carry, arrival.dt_s));
+                let mut outputs = [0.0; OUTPUTS];
+                let network = Network::new(own.networks().next().unwrap());
+                network.mean_pass(&inputs.map(|x| x as f32), &mut outputs);
+                carry = advance(&carry, &outputs.map(f64::from), arrival, &base);
+                assert_eq!(step.jerk_variance, 0.0);
+            }
+            let last = followed.last().unwrap();
+            let truth = encounter.truths_m.last().unwrap();
+            let squares = (0..3).map(|i| (carry.state[i] - truth[i]).powi(2));
+            let expected = squares.sum::<f64>().sqrt();
+            assert!((last.distance_m - expected).abs() < 1e-6 * (1.0 + expected));
+            let twin = twins.follow(encounter, 0);
+            let other = twin.last().unwrap().distance_m;
+            assert!((last.distance_m - other).abs() < 1e-6 * (1.0 + expected));
+        }
+    }
+
+    #[test]
+    fn members_that_differ_doubt() {
+        let ((a, encounters), (b, _)) = (blob(1), blob(2));
+        let blobs = [Blob::parse(&a).unwrap(), Blob::parse(&b).unwrap()];
+        let pair = Committee::new(&blobs, 1).unwrap();
+        let sampled = Committee::new(&blobs[..1], 16).unwrap();
+        let mean = |committee: &Committee<'_>| {
+            let steps = committee.follow(&encounters[0], 3);
+            assert!(steps.iter().all(|step| step.surprise.is_finite()));
+            steps.iter().map(|step| step.noise_share).sum::<f64>() / steps.len() as f64
+        };
+        assert!(mean(&pair) > 0.0 && mean(&sampled) > 0.0);
+    }
+
+    #[test]
+    fn no_blobs_and_other_kinds_are_refused() {
+        assert_eq!(Committee::new(&[], 1).err(), Some(CommitteeError::Empty));
+        let bytes =
+            std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../models/bnkf.bnkf")).unwrap();
+        let other = Blob::parse(&bytes).unwrap();
+        assert_eq!(
+            Committee::new(&[other], 1).err(),
+            Some(CommitteeError::OtherKind)
+        );
+    }
+}
