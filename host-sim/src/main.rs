@@ -7,7 +7,8 @@ use clap::{Parser, Subcommand};
 
 /// Simulated measurement loop of the Bayesian neural Kalman tracker.
 ///
-/// Without a command: the paper's five methods on built-in flights, a table and two figures.
+/// Without a command: the paper's five methods and the recursive tracker on built-in flights, a
+/// table and two figures.
 #[derive(Parser)]
 #[command(version, args_conflicts_with_subcommands = true)]
 struct Cli {

@@ -78,6 +78,16 @@ impl Method {
     /// The paper's five, in the order of its table.
     pub const PAPER: [Self; 5] = [Self::Ekf, Self::Ukf, Self::Bnn, Self::Bnkf, Self::Bnkfe];
 
+    /// What runs when no methods are named: the paper's and the tracker that the image runs.
+    pub const DEFAULT: [Self; 6] = [
+        Self::Ekf,
+        Self::Ukf,
+        Self::Bnn,
+        Self::Bnkf,
+        Self::Bnkfe,
+        Self::Recursive,
+    ];
+
     /// Name in tables, figures and results.
     pub const fn label(self) -> &'static str {
         match self {

@@ -49,7 +49,7 @@ fn evaluate(args: &Args, flights: &Path) -> Result<Results, EvaluateError> {
         passes: args.passes,
         tunings: None,
     };
-    let roster = Roster::new(&methods_or(args, &Method::PAPER), supplies)?;
+    let roster = Roster::new(&methods_or(args, &Method::DEFAULT), supplies)?;
     let noise_table = args.noise_table.unwrap_or_default();
     let radar = Radar::paper(noise_table);
     let evaluation = Evaluation {
