@@ -184,3 +184,36 @@ fn a_full_disk_leaves_the_old_file_and_says_so() {
     let left = std::fs::read_dir(folder.path()).unwrap().count();
     assert_eq!(left, 3, "no temporary file stays");
 }
+
+/// The same in a cross-validation: what was done before the disk filled up is kept, no result
+/// appears, and with space again the run ends.
+#[test]
+fn a_full_disk_leaves_no_half_results_of_a_cross_validation() {
+    let folder = tempfile::tempdir().unwrap();
+    let flights = folder.path().join("flights");
+    std::fs::create_dir(&flights).unwrap();
+    write_flights(&flights);
+    let out = folder.path().join("out");
+    let command = |limit: &str| {
+        let script = format!(
+            "{limit} exec {} evaluate --quick --folds 2 --methods ekf --flights {} --out {}",
+            env!("CARGO_BIN_EXE_host-sim"),
+            flights.display(),
+            out.display()
+        );
+        Command::new("sh").args(["-c", &script]).output().unwrap()
+    };
+    let error = complaint(&command("trap '' XFSZ; ulimit -f 1;"));
+    assert!(error.contains("cannot write"), "{error}");
+    let names = |folder: &Path| -> Vec<String> {
+        let entries = std::fs::read_dir(folder).unwrap();
+        let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        names.collect()
+    };
+    assert_eq!(names(&out), ["work"], "no result");
+    let half = names(&out.join("work"));
+    let temporary = half.iter().find(|name| name.starts_with(".bnkf-"));
+    assert_eq!(temporary, None, "{half:?}");
+    assert!(command("").status.success());
+    assert!(names(&out).contains(&"report.html".to_owned()));
+}
