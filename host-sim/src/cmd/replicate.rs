@@ -45,7 +45,7 @@ pub struct Args {
     /// Number of generated flights [default: 300, with --quick 60]
     #[arg(long, value_name = "N")]
     pub builtin: Option<usize>,
-    /// Rough figures in about a minute: fewer flights and epochs
+    /// Rough figures in a tenth of the time: fewer flights and epochs
     #[arg(long)]
     pub quick: bool,
     /// Training epochs of every network [default: 30, with --quick 12]

@@ -110,6 +110,9 @@ pub fn tables(results: &Results) -> String {
 }
 
 fn cell(summary: &Summary, base: Option<&Summary>) -> String {
+    if summary.scored == 0 {
+        return "none left".to_owned();
+    }
     let change = base.map_or(String::new(), |base| {
         let percent = 100.0 * (summary.error_m / base.error_m - 1.0);
         format!(", {percent:+.0} %")
@@ -149,7 +152,7 @@ fn three_digits(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{BEGIN, END, left_out, made_part, page, three_digits};
+    use super::{BEGIN, END, cell, left_out, made_part, page, three_digits};
     use crate::replication::entry::{Section, entries};
     use crate::replication::results::{Provenance, Results};
     use crate::replication::summary::Summary;
@@ -235,6 +238,14 @@ mod tests {
         }
         let summary = results().lines[0].cells[0];
         assert_eq!(left_out(&summary), "10.0");
+        let emptied = Summary {
+            scored: 0,
+            ..summary
+        };
+        assert_eq!(
+            (cell(&emptied, None).as_str(), left_out(&emptied).as_str()),
+            ("none left", "100.0")
+        );
     }
 
     #[test]
