@@ -173,7 +173,6 @@ def main():
         "UKF": "Stone Soup UKF",
         "BNN": "torchbnn, one step at a time",
         "BNKF": "torchbnn, one step at a time",
-        "recursive": "torchbnn, one step at a time",
     }
     lines = [
         "# Run time beside Stone Soup and torchbnn",
@@ -181,8 +180,8 @@ def main():
         f"Made by `python3 tests/runtime/compare.py` on {name}, {cores} cores; load average {loads[0]:.1f} after",
         f"our runs and {loads[1]:.1f} after theirs (1 means that nothing else ran and disturbed the caches). Processor time of one",
         f"thread, a flight of {STEPS} steps at high noise, the fastest of five repetitions; the script says what is timed. BNN and",
-        "BNKF here are the paper's network,",
-        "12-64-64-64-64-64-3; torchbnn's is the published code's, 17-64-64-64-64-6, a quarter smaller; both make 100 passes.",
+        "BNKF here are the paper's network, 12-64-64-64-64-64-3; torchbnn's is the published code's, 17-64-64-64-64-6, a",
+        "quarter smaller; both make 100 passes. Load slows large programs more than small ones: with a high average, ratios are rough.",
         "",
         "| method | us a step | ms a flight | times as fast as |",
         "|---|---|---|---|",
