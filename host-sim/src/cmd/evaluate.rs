@@ -46,7 +46,7 @@ pub struct Args {
     /// Blob that replaces the built-in one of its kind: one network serves BNN and BNKF, three BNKFe
     #[arg(long = "model", value_name = "BLOB", conflicts_with_all = ["folds", "quick"])]
     pub models: Vec<PathBuf>,
-    /// Methods, separated by commas [default: the paper's five; with --folds or --quick all]
+    /// Methods, separated by commas [default: the paper's five and the recursive tracker; with --folds or --quick all]
     #[arg(long, value_enum, value_delimiter = ',')]
     pub methods: Vec<Method>,
     /// Monte Carlo passes per estimate [default: each model's own number]
@@ -97,6 +97,9 @@ pub enum EvaluateError {
     /// A blob cannot be used.
     #[error(transparent)]
     Model(#[from] ModelError),
+    /// A blob that every fold trains for itself.
+    #[error("{0}: every fold trains its memoryless networks; --model takes recursive blobs here")]
+    TrainedHere(PathBuf),
     /// A method cannot run.
     #[error(transparent)]
     Roster(#[from] RosterError),

@@ -4,6 +4,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use bnkf::blob::Kind;
 use bnkf::{Correction, Settings, Tracker};
 use bnkf_model_export::flight::Flight;
 use bnkf_model_export::flight_csv::{FlightFileError, read_flight_csv};
@@ -32,7 +33,7 @@ pub struct Args {
     /// Image to run instead of building one
     #[arg(long, value_name = "ELF")]
     pub image: Option<PathBuf>,
-    /// Blob to put into the image and to run on the host (default: the built-in BNKF)
+    /// Blob to put into the image and to run on the host (default: the built-in recursive model)
     #[arg(long, value_name = "BLOB")]
     pub model: Option<PathBuf>,
     /// Flight file (timestamp,tx,ty,tz); `builtin` generates a flight of 150 samples
@@ -101,7 +102,7 @@ pub enum ImageError {
     #[error(transparent)]
     Model(#[from] ModelError),
     /// There is no built-in model.
-    #[error("there is no built-in model with one network: give one with --model")]
+    #[error("there is no built-in model of the recursive kind: give one with --model")]
     NoModel,
     /// The flight file cannot be read.
     #[error(transparent)]
@@ -237,7 +238,7 @@ fn model(path: Option<&Path>) -> Result<Model, ImageError> {
     }
     default_models::load()?
         .into_iter()
-        .find(|model| model.blob().network_count() == 1)
+        .find(|model| model.blob().kind() == Kind::Recursive)
         .ok_or(ImageError::NoModel)
 }
 

@@ -45,8 +45,18 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
         eprintln!("warning: left out: {reason}");
     }
     let mut shipped = default_models::load()?;
+    shipped.extend(default_models::of_scenario(&scenario.name)?);
     // Of the shipped models only those that no fold trains.
     shipped.retain(|model| model.blob().kind() != Kind::Memoryless);
+    for path in &args.models {
+        let model = Model::read(path)?;
+        if model.blob().kind() == Kind::Memoryless {
+            return Err(EvaluateError::TrainedHere(path.clone()));
+        }
+        shipped.push(model);
+    }
+    // The last recursive blob is what runs.
+    shipped.drain(..shipped.len().saturating_sub(1));
     let count = args.folds.unwrap_or(FOLDS);
     let campaign = Campaign {
         folds: Folds::new(&data.segments, count, args.seed)?,
