@@ -60,8 +60,8 @@ fn the_table_and_the_json_hold_every_method_noise_and_rate() {
     let text = std::fs::read_to_string(&json).unwrap();
     let results: serde_json::Value = serde_json::from_str(&text).unwrap();
     let cells = results["cells"].as_array().unwrap();
-    assert_eq!(cells.len(), 45);
-    for method in ["EKF", "UKF", "BNN", "BNKF", "BNKFe"] {
+    assert_eq!(cells.len(), 54);
+    for method in ["EKF", "UKF", "BNN", "BNKF", "BNKFe", "recursive"] {
         assert_eq!(
             cells.iter().filter(|cell| cell["method"] == method).count(),
             9,

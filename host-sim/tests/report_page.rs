@@ -18,6 +18,8 @@ window.addEventListener("load", () => {
   const event = (name, x, y) => new PointerEvent(name, { clientX: x, clientY: y, pointerId: 1, bubbles: true });
   canvas.setPointerCapture = () => {};
   canvas.dispatchEvent(event("pointerdown", 100, 100));
+  canvas.dispatchEvent(event("pointermove", 100, 100));
+  said.home = canvas.dataset.yaw;
   canvas.dispatchEvent(event("pointermove", 220, 130));
   canvas.dispatchEvent(event("pointerup", 220, 130));
   said.turned = inked();
@@ -128,7 +130,10 @@ fn the_page_opens_turns_and_holds_data() {
         said["turned"], said["other"],
         "another flight looks the same"
     );
-    assert_eq!(said["yaw"], "1.6600");
+    let yaw_rad = |name: &str| said[name].as_str().unwrap().parse::<f64>().unwrap();
+    let turned_rad = yaw_rad("yaw") - yaw_rad("home");
+    // 120 pixels of 8 mrad; four decimals are told.
+    assert!((turned_rad - 0.96).abs() < 2e-4, "{turned_rad}");
     let cells = said["cells"].as_array().unwrap();
     assert_eq!(cells.len(), 4 * 9);
     assert!(
