@@ -16,10 +16,10 @@ use bnkf_model_export::radar_sampling::{RadarSettings, sample_radar, time_us};
 use bnkf_model_export::recursive::carry::Carry;
 use bnkf_model_export::recursive::features::{self, features};
 use bnkf_model_export::recursive::schedule::{Base, OUTPUTS};
-use bnkf_model_export::recursive::start::start;
+use bnkf_model_export::recursive::start::{Population, start};
 use bnkf_model_export::recursive::step::{Arrival, advance};
 use tolerance::RECURSIVE_TWIN;
-use untrained::{POPULATION, recursive_blob};
+use untrained::recursive_blob;
 
 struct Twin<'a> {
     network: Network<'a>,
@@ -36,7 +36,7 @@ impl Twin<'_> {
             (values.map(f64::from), sigmas.map(f64::from))
         });
         let next = match (&self.carry, polar) {
-            (None, Some((values, sigmas))) => start(&values, &sigmas, &POPULATION),
+            (None, Some((values, sigmas))) => start(&values, &sigmas, &Population::PAPER),
             (None, None) => panic!("flights start with a measurement"),
             (Some(carry), polar) => {
                 let mut normalisation = features::Normalisation::IDENTITY;

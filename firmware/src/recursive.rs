@@ -18,5 +18,6 @@ mod tracker;
 pub use features::{FEATURE_LIMIT, FEATURES};
 pub use memory::NOTES;
 pub use population::{Base, Population};
-pub use schedule::SCHEDULE;
+pub use schedule::{JERK_OUTPUT, JERK_SCALE, SCHEDULE};
 pub(crate) use tracker::Recursive;
+pub use tracker::{GATE_NIS, REJECTIONS_MAX};

@@ -14,7 +14,6 @@ pub mod comparison;
 pub mod correction;
 pub mod curvature;
 pub mod encounter;
-pub mod epistemic;
 pub(crate) mod execution;
 pub mod features;
 pub mod lanes;

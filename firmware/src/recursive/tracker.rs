@@ -24,9 +24,9 @@ const INTERVAL_MAX_S: f32 = 0.25;
 const SILENCE_MAX_S: f32 = 10.0;
 /// Normalised innovation squared (four degrees of freedom) beyond which a measurement is not used:
 /// far beyond chance, with room for jumps of real targets. The network trains under the same gate.
-const GATE_NIS: f32 = 64.0;
+pub const GATE_NIS: f32 = 64.0;
 /// Measurements in a row outside the gate after which the filter starts anew.
-const REJECTIONS_MAX: u8 = 3;
+pub const REJECTIONS_MAX: u8 = 3;
 /// Speed, m/s, and acceleration, m/s^2, that no target of this kind reaches.
 const SPEED_MAX_MPS: f32 = 60.0;
 const ACCELERATION_MAX_MPS2: f32 = 80.0;

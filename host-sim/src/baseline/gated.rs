@@ -1,15 +1,14 @@
 //! A gate before a filter, as the firmware's recursive tracker has one: a reading far outside what
 //! was expected is not used, and after three of them in a row the filter starts anew.
 
+use bnkf::recursive::REJECTIONS_MAX;
 use bnkf_model_export::reading::Reading;
 use nalgebra::Vector3;
 
 use crate::filter::{Filter, FilterError, PositionEstimate, Start};
 
-/// Normalised innovation squared from which a reading is not used; that of the firmware's tracker.
-pub const GATE_NIS: f64 = 64.0;
-/// Unused readings in a row after which the filter starts anew.
-pub const REJECTIONS_MAX: u8 = 3;
+/// Normalised innovation squared from which a reading is not used.
+const GATE_NIS: f64 = bnkf::recursive::GATE_NIS as f64;
 
 /// `F` behind a gate. Readings without an innovation pass.
 #[derive(Clone, Debug)]

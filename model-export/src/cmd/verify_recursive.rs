@@ -3,13 +3,17 @@
 use super::flight_source::{FlightSource, FlightSourceError};
 use crate::gaussian_weights::GaussianWeights;
 use crate::generator::generate;
+use crate::recursive::committee::{Committee, CommitteeError, Followed};
 use crate::recursive::comparison::{Comparison, compare, table};
-use crate::recursive::epistemic::epistemic;
 use crate::recursive::model::RecursiveModel;
 use crate::recursive::scenario::Scenario;
 use bnkf::TrackerError;
 use bnkf::blob::Blob;
+use rayon::prelude::*;
 use std::io::Write as _;
+
+/// Trials of a cell that are enough for the figure of the spread.
+const SPREAD_TRIALS: usize = 16;
 
 /// Options that only a recursive blob has.
 #[derive(Clone, Debug, clap::Args)]
@@ -22,10 +26,10 @@ pub struct RecursiveArgs {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=100))]
     tracker_passes: u16,
     /// Factor on the speed of the built-in flights: motion that no training sees
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, conflicts_with_all = ["flights", "builtin"])]
     speed: f64,
     /// Factor on the size of the built-in flights
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, conflicts_with_all = ["flights", "builtin"])]
     size: f64,
 }
 
@@ -38,6 +42,9 @@ pub enum VerifyRecursiveError {
     /// No flights.
     #[error(transparent)]
     Source(#[from] FlightSourceError),
+    /// The blob gives no opinions.
+    #[error(transparent)]
+    Committee(#[from] CommitteeError),
     /// The tracker cannot be made.
     #[error("{0}")]
     Tracker(TrackerError),
@@ -78,13 +85,23 @@ pub fn verify(
     if args.tracker_passes > 1 {
         text +=
             "\nSpread of the mean jerk over passes, and what it adds to the scheduled jerk noise\n";
+        let committee = Committee::new(&[blob], args.tracker_passes)?;
         for cell in &cells {
-            let spread = epistemic(&model, blob, cell, args.tracker_passes);
+            let steps: Vec<Followed> = cell
+                .encounters(committee.population())
+                .par_iter()
+                .take(SPREAD_TRIALS)
+                .enumerate()
+                .flat_map_iter(|(index, encounter)| committee.follow(encounter, index as u64))
+                .collect();
+            let mean = |value: fn(&Followed) -> f64| {
+                steps.iter().map(value).sum::<f64>() / steps.len() as f64
+            };
             text += &format!(
                 "{:<16}{:>10.3} m/s^3{:>10.2} %\n",
                 cell.name,
-                spread.jerk_sigma_mps3,
-                100.0 * spread.noise_share
+                mean(|step| step.jerk_variance).sqrt(),
+                100.0 * mean(|step| step.noise_share)
             );
         }
     }

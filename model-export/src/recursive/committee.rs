@@ -1,24 +1,19 @@
 //! Several opinions about the same track: passes of one network with sampled weights, or networks
 //! that were trained apart. Where they disagree about the mean jerk, the filter doubts its motion.
 
-use super::carry::MEMORY;
 use super::cholesky::{cholesky, forward_substitute};
 use super::encounter::Encounter;
 use super::features::{Normalisation, features};
 use super::model::RecursiveModel;
-use super::schedule::{Base, OUTPUTS, SCHEDULE, Schedule};
+use super::schedule::{
+    Base, JERK_NOISE_OUTPUT, JERK_OUTPUT, JERK_SCALE, OUTPUTS, SCHEDULE, Schedule,
+};
 use super::start::Population;
 use super::step::{advance, noted};
 use bnkf::blob::Blob;
 use bnkf::monte_carlo::separate_moments;
 use bnkf::network::{Network, Scratch};
 use bnkf::rng::{Generator, seeded};
-
-/// First output that is a mean jerk, its scale to m/s^3, and first output that is a jerk noise; see
-/// `firmware/BLOB.md`.
-const JERK_OUTPUT: usize = 4;
-const JERK_SCALE: f64 = 2.0;
-const NOISE_OUTPUT: usize = 7;
 
 /// Networks that share one filter. Each keeps its own notes.
 pub struct Committee<'b> {
@@ -209,14 +204,12 @@ fn joined(opinions: &[Opinion], base: &Base, dt_s: f64) -> ([f64; OUTPUTS], Doub
         };
         let variance = within + between;
         let raised = scheduled[axis] + variance * dt_s;
-        outputs[NOISE_OUTPUT + axis] = (raised / base.jerk_noise).ln();
+        outputs[JERK_NOISE_OUTPUT + axis] = (raised / base.jerk_noise).ln();
         doubt.jerk_variance += variance / 3.0;
         doubt.noise_share += variance * dt_s / scheduled[axis] / 3.0;
     }
     (outputs, doubt)
 }
-
-const _: () = assert!(SCHEDULE + MEMORY == OUTPUTS);
 
 #[cfg(test)]
 mod tests {
@@ -269,6 +262,7 @@ mod tests {
             let truth = encounter.truths_m.last().unwrap();
             let squares = (0..3).map(|i| (carry.state[i] - truth[i]).powi(2));
             let expected = squares.sum::<f64>().sqrt();
+            // The same f64 arithmetic but for ln(exp(x)) of the jerk noise.
             assert!((last.distance_m - expected).abs() < 1e-6 * (1.0 + expected));
             let twin = twins.follow(encounter, 0);
             let other = twin.last().unwrap().distance_m;
@@ -288,6 +282,35 @@ mod tests {
             steps.iter().map(|step| step.noise_share).sum::<f64>() / steps.len() as f64
         };
         assert!(mean(&pair) > 0.0 && mean(&sampled) > 0.0);
+    }
+
+    #[test]
+    fn the_spread_of_the_mean_jerk_is_added_to_its_noise() {
+        let opinion = |jerk: f64, variance: f64| {
+            let mut outputs = [0.0; OUTPUTS];
+            outputs[JERK_OUTPUT] = jerk;
+            Opinion {
+                outputs,
+                jerk_variances: [variance, 0.0, 0.0],
+            }
+        };
+        let base = Base::DRONE;
+        let noise = |opinions: &[Opinion]| {
+            let (outputs, _) = joined(opinions, &base, 0.1);
+            let schedule = Schedule::read(&outputs, &base);
+            (schedule.jerk_mps3[0], schedule.jerk_noise)
+        };
+        let (jerk, alone) = noise(&[opinion(0.3, 0.0)]);
+        assert!((jerk - 0.6).abs() < 1e-12);
+        assert!(alone.iter().all(|q| (q - base.jerk_noise).abs() < 1e-12));
+        // Jerks of 2 and 1 m/s^3: a variance of 1/2 between them, and 0.4 within each on average.
+        let (jerk, two) = noise(&[opinion(1.0, 0.2), opinion(0.5, 0.6)]);
+        assert!((jerk - 1.5).abs() < 1e-12);
+        assert!(
+            (two[0] - (base.jerk_noise + 0.9 * 0.1)).abs() < 1e-12,
+            "{two:?}"
+        );
+        assert!((two[1] - base.jerk_noise).abs() < 1e-12);
     }
 
     #[test]

@@ -8,10 +8,10 @@ use super::motion::Matrix;
 use super::observation::observe;
 use super::scalar::Scalar;
 
-/// Normalised innovation squared at which a measurement is taken for an outlier: eight standard
-/// deviations. Chance (chi-square, four degrees of freedom) would pass 40 once in 20 million; the
-/// rest is room for jumps of real logs, which a tighter gate makes the filter lose.
-pub const GATE: f64 = 64.0;
+/// Normalised innovation squared at which a measurement is taken for an outlier, the tracker's:
+/// eight standard deviations. Chance (chi-square, four degrees of freedom) would pass 40 once in 20
+/// million; the rest is room for jumps of real logs, which a tighter gate makes the filter lose.
+pub const GATE: f64 = bnkf::recursive::GATE_NIS as f64;
 
 /// A corrected state and what the measurement said about it.
 #[derive(Clone, Copy, Debug)]

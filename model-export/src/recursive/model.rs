@@ -54,7 +54,7 @@ impl RecursiveModel {
         })
     }
 
-    /// What a recursive blob holds beside its network; `None` for a blob of another kind.
+    /// What a recursive blob holds beside its network, the inverse of [`parameters`]; `None` for a blob of another kind.
     pub fn surroundings(blob: &Blob<'_>) -> Option<(Population, Base, Normalisation)> {
         if blob.kind() != Kind::Recursive {
             return None;
@@ -89,25 +89,11 @@ impl RecursiveModel {
         quantise(&self.weights())
     }
 
-    /// The blob's bytes; `firmware/BLOB.md` lists the parameters.
+    /// The blob's bytes.
     ///
     /// # Errors
     /// A number is not finite, which a training run that diverged may leave.
     pub fn blob(&self) -> Result<Vec<u8>, BlobError> {
-        let (p, base) = (&self.population, &self.base);
-        let parameters = [
-            p.range_m,
-            p.range_sigma_m,
-            p.elevation_rad,
-            p.elevation_sigma_rad,
-            p.horizontal_sigma_mps,
-            p.vertical_sigma_mps,
-            p.acceleration_sigma_mps2,
-            base.decay_hz,
-            base.jerk_noise,
-            base.acceleration_noise,
-            base.velocity_noise,
-        ];
         let input = |i: usize| blob_writer::Normalisation {
             mean: self.normalisation.offset[i] as f32,
             scale: (1.0 / self.normalisation.gain[i]) as f32,
@@ -120,12 +106,31 @@ impl RecursiveModel {
             kind: Kind::Recursive,
             features: FeatureLayout::Recursive64,
             passes: PASSES,
-            parameters: parameters.map(|value| value as f32).to_vec(),
+            parameters: parameters(&self.population, &self.base),
             inputs: (0..FEATURES).map(input).collect(),
             outputs: vec![unchanged; OUTPUTS],
             networks: vec![self.layers()],
         })
     }
+}
+
+/// A recursive blob's parameters in their order; `firmware/BLOB.md` lists them.
+pub fn parameters(population: &Population, base: &Base) -> Vec<f32> {
+    [
+        population.range_m,
+        population.range_sigma_m,
+        population.elevation_rad,
+        population.elevation_sigma_rad,
+        population.horizontal_sigma_mps,
+        population.vertical_sigma_mps,
+        population.acceleration_sigma_mps2,
+        base.decay_hz,
+        base.jerk_noise,
+        base.acceleration_noise,
+        base.velocity_noise,
+    ]
+    .map(|value| value as f32)
+    .to_vec()
 }
 
 /// What was sampled when `weights` were trained.
@@ -145,19 +150,9 @@ mod tests {
     use crate::recursive::network_shape::OUTPUT_COLUMNS;
     use crate::recursive::pass::Pass;
 
-    const POPULATION: Population = Population {
-        range_m: 33.5,
-        range_sigma_m: 6.0,
-        elevation_rad: 0.5,
-        elevation_sigma_rad: 0.21,
-        horizontal_sigma_mps: 1.6,
-        vertical_sigma_mps: 0.5,
-        acceleration_sigma_mps2: 2.0,
-    };
-
     fn model(sampling: Sampling) -> RecursiveModel {
         RecursiveModel {
-            population: POPULATION,
+            population: Population::PAPER,
             base: Base::DRONE,
             normalisation: Normalisation::IDENTITY,
             network: Network::new(5),

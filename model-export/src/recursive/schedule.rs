@@ -5,6 +5,12 @@ use super::scalar::Scalar;
 
 /// Outputs that schedule the motion model.
 pub const SCHEDULE: usize = 17;
+/// First of the three outputs that are a mean jerk.
+pub const JERK_OUTPUT: usize = bnkf::recursive::JERK_OUTPUT;
+/// Scale from them to m/s^3.
+pub const JERK_SCALE: f64 = bnkf::recursive::JERK_SCALE as f64;
+/// First of the three outputs that are a density of jerk noise.
+pub const JERK_NOISE_OUTPUT: usize = JERK_OUTPUT + 3;
 /// Outputs of the network: the schedule, then its memory.
 pub const OUTPUTS: usize = SCHEDULE + MEMORY;
 
@@ -68,8 +74,10 @@ impl<S: Scalar> Schedule<S> {
             decay_hz: scaled(outputs[0], 3.0, base.decay_hz),
             damping_hz2: [damping(outputs[1]), damping(outputs[2])],
             turn_radps: outputs[3].clamp(-6.0, 6.0),
-            jerk_mps3: core::array::from_fn(|axis| c(2.0) * outputs[4 + axis].clamp(-10.0, 10.0)),
-            jerk_noise: noise(7, base.jerk_noise),
+            jerk_mps3: core::array::from_fn(|axis| {
+                c(JERK_SCALE) * outputs[JERK_OUTPUT + axis].clamp(-10.0, 10.0)
+            }),
+            jerk_noise: noise(JERK_NOISE_OUTPUT, base.jerk_noise),
             acceleration_noise: noise(10, base.acceleration_noise),
             velocity_noise: scaled(outputs[13], 7.0, base.velocity_noise),
             sensor_scale: core::array::from_fn(|i| scaled(outputs[14 + i], 2.0, 1.0)),

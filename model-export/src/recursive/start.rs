@@ -24,6 +24,17 @@ pub struct Population {
 }
 
 impl Population {
+    /// About that of flights in the paper's volume, for a tracker without training.
+    pub const PAPER: Self = Self {
+        range_m: 33.5,
+        range_sigma_m: 6.0,
+        elevation_rad: 0.5,
+        elevation_sigma_rad: 0.21,
+        horizontal_sigma_mps: 1.6,
+        vertical_sigma_mps: 0.5,
+        acceleration_sigma_mps2: 2.0,
+    };
+
     /// The population that `flights` are a sample of; `None` when there are none.
     pub fn of(flights: &[Flight]) -> Option<Self> {
         let samples = || flights.iter().flat_map(|flight| &flight.samples);
@@ -159,22 +170,12 @@ fn fuse(prior: (f64, f64), measured: (f64, f64)) -> (f64, f64) {
 mod tests {
     use super::*;
 
-    const POPULATION: Population = Population {
-        range_m: 33.5,
-        range_sigma_m: 6.0,
-        elevation_rad: 0.5,
-        elevation_sigma_rad: 0.21,
-        horizontal_sigma_mps: 1.6,
-        vertical_sigma_mps: 0.5,
-        acceleration_sigma_mps2: 2.0,
-    };
-
     #[test]
     fn a_sharp_measurement_is_believed() {
         let carry = start(
             &[0.4, -2.0, 30.0, 1.2],
             &[1e-4, 1e-4, 0.01, 1e-3],
-            &POPULATION,
+            &Population::PAPER,
         );
         let expected = [
             30.0 * 0.4_f64.cos() * 2.0_f64.cos(),
@@ -210,7 +211,7 @@ mod tests {
         let carry = start(
             &[0.9, 0.0, 90.0, 0.0],
             &[100.0, 1e-3, 1e5, 100.0],
-            &POPULATION,
+            &Population::PAPER,
         );
         let range = carry.state[..3].iter().map(|x| x * x).sum::<f64>().sqrt();
         // Elevation spread shortens the mean vector a little.

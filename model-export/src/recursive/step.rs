@@ -167,15 +167,6 @@ mod tests {
     use crate::recursive::lanes::{LANES, Lanes, ZERO};
     use crate::recursive::start::{Population, start};
 
-    const POPULATION: Population = Population {
-        range_m: 33.5,
-        range_sigma_m: 6.0,
-        elevation_rad: 0.5,
-        elevation_sigma_rad: 0.21,
-        horizontal_sigma_mps: 1.6,
-        vertical_sigma_mps: 0.5,
-        acceleration_sigma_mps2: 2.0,
-    };
     const SIGMAS: [f64; 4] = [0.01, 0.012, 10.0, 0.1];
 
     /// A circle of 5 m flown at 2 m/s: position and velocity after `time_s` seconds.
@@ -211,7 +202,7 @@ mod tests {
 
     #[test]
     fn the_base_model_follows_a_circle() {
-        let mut carry = start(&reading(0.0), &SIGMAS, &POPULATION);
+        let mut carry = start(&reading(0.0), &SIGMAS, &Population::PAPER);
         for k in 1..150 {
             let inputs = step_inputs(&carry, &[], k, f64::from(u8::from(k % 15 < 8)));
             let (arrival, _) = inputs[CARRY..].split_at(ARRIVAL);
@@ -235,7 +226,7 @@ mod tests {
     fn the_program_is_the_plain_step_and_its_gradient_is_right() {
         let program = filter_program(&Base::DRONE);
         let mut workspace = program.workspace();
-        let mut carry = start(&reading(0.0), &SIGMAS, &POPULATION).flatten();
+        let mut carry = start(&reading(0.0), &SIGMAS, &Population::PAPER).flatten();
         let wave: Vec<f64> = (0..OUTPUTS).map(|i| 0.3 * (1.7 * i as f64).sin()).collect();
         let mut outputs = vec![ZERO; FILTER_OUTPUTS];
         for k in 1..20 {

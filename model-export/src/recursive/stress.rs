@@ -377,15 +377,7 @@ mod tests {
     #[test]
     fn the_base_model_survives_every_hardship() {
         let model = RecursiveModel {
-            population: Population {
-                range_m: 33.5,
-                range_sigma_m: 6.0,
-                elevation_rad: 0.5,
-                elevation_sigma_rad: 0.21,
-                horizontal_sigma_mps: 1.6,
-                vertical_sigma_mps: 0.5,
-                acceleration_sigma_mps2: 2.0,
-            },
+            population: Population::PAPER,
             base: Base::DRONE,
             normalisation: Normalisation::IDENTITY,
             network: Network::new(3),
