@@ -68,8 +68,9 @@ fn line(text: &mut String, content: std::fmt::Arguments<'_>) {
     writeln!(text, "{content}").expect("a String grows");
 }
 
-/// Three significant digits, in scientific notation where plain digits would be many.
-fn number(value: f64) -> String {
+/// Three significant digits, in scientific notation where plain digits would be many. The report's
+/// script (`text` in `page.js`) writes its other measures the same way.
+pub fn number(value: f64) -> String {
     let size = value.abs();
     if !value.is_finite() {
         "-".to_owned()

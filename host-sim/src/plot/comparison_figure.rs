@@ -68,23 +68,9 @@ pub fn draw(reference: Method, groups: &[Group]) -> String {
         "Paired differences from the reference",
     );
     let title = format!("Mean error beside {reference}, on the same steps");
-    svg.text(
-        (LEFT, 26.0),
-        &title,
-        Lettering {
-            bold: true,
-            ..lettering(18.0)
-        },
-    );
+    svg.heading((LEFT, 26.0), &title);
     let note = "Left of zero: better. Bars: 95% intervals by bootstrap. Arrows: beyond the axis.";
-    svg.text(
-        (LEFT, 50.0),
-        note,
-        Lettering {
-            colour: FAINT_INK,
-            ..lettering(12.5)
-        },
-    );
+    svg.note((LEFT, 50.0), note);
     for (index, group) in groups.iter().enumerate() {
         let panel = Panel {
             frame: Rect {

@@ -22,23 +22,9 @@ pub fn draw(flights: &[&Flight]) -> String {
     let height = HEADER + rows * (SIDE + GAP_Y) - GAP_Y + 48.0;
     let mut svg = Svg::new(width, height, "Example flights from above");
     let title = "Example flights, seen from above";
-    svg.text(
-        (LEFT, 26.0),
-        title,
-        Lettering {
-            bold: true,
-            ..lettering(18.0)
-        },
-    );
+    svg.heading((LEFT, 26.0), title);
     let note = "All panels have the same scale. The disc marks the start.";
-    svg.text(
-        (LEFT, 50.0),
-        note,
-        Lettering {
-            colour: FAINT_INK,
-            ..lettering(12.5)
-        },
-    );
+    svg.note((LEFT, 50.0), note);
     let half_m = shown
         .iter()
         .map(|flight| half_extent_m(flight))

@@ -7,7 +7,7 @@ use bnkf_model_export::reading::Reading;
 use crate::plot::legend::{self, Mark};
 use crate::plot::panel::Panel;
 use crate::plot::scale::Scale;
-use crate::plot::svg::{INK, Lettering, Rect, Stroke, Svg, lettering};
+use crate::plot::svg::{INK, Rect, Stroke, Svg};
 use crate::track::position_of;
 
 const LEFT: f64 = 70.0;
@@ -28,14 +28,7 @@ pub fn draw(flight: &Flight, rows: &[(SamplingRate, Vec<Option<Reading>>)]) -> S
         "Readings of one flight at each sampling rate",
     );
     let title = format!("Sampling rates: the readings of {} along x", flight.name);
-    svg.text(
-        (LEFT, 26.0),
-        &title,
-        Lettering {
-            bold: true,
-            ..lettering(18.0)
-        },
-    );
+    svg.heading((LEFT, 26.0), &title);
     let entries = [
         (Mark::Line(TRUTH), "truth"),
         (Mark::Dot(READING), "readings"),

@@ -86,14 +86,7 @@ pub fn draw(cells: &[Cell], floors: &[Floor]) -> String {
         "Metrics of every method by noise level and sampling rate",
     );
     let title = "Every method by noise level and sampling rate";
-    svg.text(
-        (LEFT, 28.0),
-        title,
-        Lettering {
-            bold: true,
-            ..lettering(18.0)
-        },
-    );
+    svg.heading((LEFT, 28.0), title);
     legend::draw_lines(&mut svg, (LEFT, 60.0), &lines);
 
     let slots = (noises.len() * rates.len()).max(1) as f64;

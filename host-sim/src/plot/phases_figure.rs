@@ -32,14 +32,7 @@ pub fn draw(groups: &[(String, Vec<&CellSummary>)]) -> String {
         "Error by phase of the flight",
     );
     let title = "Mean error in the first two seconds, in later gaps, and at later readings";
-    svg.text(
-        (LEFT, 26.0),
-        title,
-        Lettering {
-            bold: true,
-            ..lettering(18.0)
-        },
-    );
+    svg.heading((LEFT, 26.0), title);
     legend::draw_lines(&mut svg, (LEFT, 56.0), &lines);
     for (index, (title, cells)) in groups.iter().enumerate() {
         let values = cells

@@ -37,14 +37,7 @@ pub fn draw(groups: &[(String, Vec<&CellSummary>)]) -> String {
         "Reliability diagram of every method",
     );
     let title = "Reliability: below the diagonal a covariance is too small";
-    svg.text(
-        (LEFT, 26.0),
-        title,
-        Lettering {
-            bold: true,
-            ..lettering(18.0)
-        },
-    );
+    svg.heading((LEFT, 26.0), title);
     legend::draw_lines(&mut svg, (LEFT, 56.0), &lines);
     for (index, (title, cells)) in groups.iter().enumerate() {
         let panel = Panel {

@@ -3,7 +3,7 @@
 use crate::plot::palette::look;
 use crate::plot::panel::Panel;
 use crate::plot::scale::Scale;
-use crate::plot::svg::{Anchor, FAINT_INK, Lettering, Rect, Svg, lettering};
+use crate::plot::svg::{Anchor, Lettering, Rect, Svg, lettering};
 use crate::runtime::MethodTime;
 
 const WIDTH: f64 = 900.0;
@@ -21,23 +21,9 @@ pub fn draw(times: &[MethodTime]) -> String {
         "Time of one step of every method",
     );
     let title = "Time of one step on this machine, one thread";
-    svg.text(
-        (LEFT, 26.0),
-        title,
-        Lettering {
-            bold: true,
-            ..lettering(18.0)
-        },
-    );
+    svg.heading((LEFT, 26.0), title);
     let note = "Bars start at the left end of a logarithmic axis: compare their tips.";
-    svg.text(
-        (LEFT, 50.0),
-        note,
-        Lettering {
-            colour: FAINT_INK,
-            ..lettering(12.5)
-        },
-    );
+    svg.note((LEFT, 50.0), note);
     let panel = Panel {
         frame: Rect {
             x: LEFT,

@@ -211,6 +211,24 @@ impl Svg {
         ));
     }
 
+    /// The figure's heading.
+    pub fn heading(&mut self, at: (f64, f64), content: &str) {
+        let heavy = Lettering {
+            bold: true,
+            ..lettering(18.0)
+        };
+        self.text(at, content, heavy);
+    }
+
+    /// A remark below the heading.
+    pub fn note(&mut self, at: (f64, f64), content: &str) {
+        let faint = Lettering {
+            colour: FAINT_INK,
+            ..lettering(12.5)
+        };
+        self.text(at, content, faint);
+    }
+
     /// Draws with everything outside `rect` cut off.
     pub fn clipped(&mut self, rect: Rect, draw: impl FnOnce(&mut Self)) {
         let number = self.clips;

@@ -51,31 +51,27 @@ pub fn draw(examples: &[Example<'_>]) -> String {
     let methods = examples.first().map_or(0, |example| example.tracks.len());
     let panels = methods as f64 * (PANEL_WIDTH + PANEL_GAP) - PANEL_GAP;
     let width = (LEFT + VIEW + VIEW_GAP + panels + RIGHT).max(900.0);
-    let height = HEADER + examples.len() as f64 * (VIEW + ROW_GAP) - ROW_GAP + FOOTER;
+    let entries = entries(examples);
+    let (lines, legend_height) = legend::lines(&entries, width - LEFT - RIGHT);
+    let header = HEADER + legend_height;
+    let height = header + examples.len() as f64 * (VIEW + ROW_GAP) - ROW_GAP + FOOTER;
     let mut svg = Svg::new(
         width,
         height,
         "Example flights with the track and the error of every method",
     );
-    draw_header(&mut svg, examples);
+    let title = "Example flights, seen from above, and the error over time";
+    svg.heading((LEFT, 28.0), title);
+    legend::draw_lines(&mut svg, (LEFT, 62.0), &lines);
     for (row, example) in examples.iter().enumerate() {
-        let top = HEADER + row as f64 * (VIEW + ROW_GAP);
+        let top = header + row as f64 * (VIEW + ROW_GAP);
         draw_view(&mut svg, example, top);
         draw_errors(&mut svg, example, top);
     }
     svg.finish("trajectory")
 }
 
-fn draw_header(svg: &mut Svg, examples: &[Example<'_>]) {
-    let title = "Example flights, seen from above, and the error over time";
-    svg.text(
-        (LEFT, 28.0),
-        title,
-        Lettering {
-            bold: true,
-            ..lettering(18.0)
-        },
-    );
+fn entries(examples: &[Example<'_>]) -> Vec<legend::Entry<'static>> {
     let mut entries = vec![
         (Mark::Line(TRUTH), "truth"),
         (Mark::Dot(READING_COLOUR), "radar readings"),
@@ -92,7 +88,7 @@ fn draw_header(svg: &mut Svg, examples: &[Example<'_>]) {
         "where 90% of the errors belong by the method's own covariance",
     ));
     entries.push((Mark::Patch(GAP_COLOUR, 1.0), "gap: no readings"));
-    legend::draw(svg, (LEFT, 62.0), &entries);
+    entries
 }
 
 /// The track from above, with equal scales on both axes.

@@ -51,14 +51,7 @@ pub fn draw(rows: &[Row<'_>], methods: &[Method]) -> String {
         "Methods in worlds that they were not fitted to",
     );
     let title = "Worlds that differ from the one that methods were fitted to";
-    svg.text(
-        (LEFT, 26.0),
-        title,
-        Lettering {
-            bold: true,
-            ..lettering(18.0)
-        },
-    );
+    svg.heading((LEFT, 26.0), title);
     legend::draw_lines(&mut svg, (LEFT, 58.0), &lines);
     for (number, row) in rows.iter().enumerate() {
         let shown = row

@@ -10,6 +10,7 @@ use crate::method::Method;
 use crate::plot::palette::look;
 use crate::plot::svg::escaped;
 use crate::radar::Condition;
+use crate::table::number;
 
 /// The headline table of one noise table: a row per method, a column per noise level and rate.
 /// Cells carry the number of their entry in `outcome.cells`; the page's script fills in other
@@ -71,7 +72,7 @@ pub fn headline(
                     if is_best { "best " } else { "" },
                     if tie { "tie" } else { "" },
                     u8::from(tie),
-                    metres(outcome.cells[index].metrics.ed_mean_m),
+                    number(outcome.cells[index].metrics.ed_mean_m),
                 ),
             );
         }
@@ -89,7 +90,7 @@ fn push_floor(html: &mut String, outcome: &Outcome, conditions: &[&Condition]) {
             .floors
             .iter()
             .find(|floor| floor.condition == **condition);
-        let text = floor.map_or("-".to_owned(), |floor| metres(floor.ed_m));
+        let text = floor.map_or("-".to_owned(), |floor| number(floor.ed_m));
         let first = if column % 3 == 0 {
             " class=\"first\""
         } else {
@@ -125,12 +126,12 @@ pub fn consistency(cells: &[&CellSummary]) -> String {
                 swatched(cell.method),
                 cell.condition.noise,
                 cell.condition.rate,
-                metres(cell.metrics.nees_mean),
-                metres(cell.nees_interval.low),
-                metres(cell.nees_interval.high),
+                number(cell.metrics.nees_mean),
+                number(cell.nees_interval.low),
+                number(cell.nees_interval.high),
                 percent(cell.nees_bounds.inside),
                 percent(cell.nees_bounds.above),
-                metres(cell.nis_ratio),
+                number(cell.nis_ratio),
                 percent(cell.nis_bounds.inside),
                 percent(cell.coverage50),
                 percent(cell.metrics.coverage90),
@@ -193,22 +194,6 @@ fn tied(outcome: &Outcome, condition: &Condition, one: Method, other: Method) ->
                 || (comparison.a, comparison.b) == (other, one))
     });
     pair.is_some_and(|comparison| !comparison.ed_m.decided())
-}
-
-/// A number with three digits, as the page's script writes it too.
-fn metres(value: f64) -> String {
-    let size = value.abs();
-    if !value.is_finite() {
-        "-".to_owned()
-    } else if size != 0.0 && !(0.01..1e4).contains(&size) {
-        format!("{value:.1e}")
-    } else if size < 10.0 {
-        format!("{value:.3}")
-    } else if size < 100.0 {
-        format!("{value:.2}")
-    } else {
-        format!("{value:.1}")
-    }
 }
 
 fn push(html: &mut String, text: std::fmt::Arguments<'_>) {

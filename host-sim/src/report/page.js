@@ -8,7 +8,7 @@
     if (measure === "coverage90") return (100 * value).toFixed(1) + "%";
     if (measure === "diverged") return String(value);
     const size = Math.abs(value);
-    if (size !== 0 && (size < 0.01 || size >= 1e4)) return value.toExponential(1);
+    if (size !== 0 && (size < 0.01 || size >= 1e4)) return value.toExponential(2);
     return size < 10 ? value.toFixed(3) : value.toFixed(size < 100 ? 2 : 1);
   };
   // How far a value is from the best that it could be.
