@@ -9,6 +9,7 @@ use bnkf_model_export::flight::Flight;
 use bnkf_model_export::noise::NoiseLevel;
 use bnkf_model_export::recursive::committee::{Committee, Followed};
 use bnkf_model_export::recursive::scenario::Scenario;
+use bnkf_model_export::seed;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -97,7 +98,10 @@ pub fn study(
                 let parts: Vec<Vec<Followed>> = encounters
                     .par_iter()
                     .enumerate()
-                    .map(|(index, encounter)| committee.follow(encounter, seed + index as u64))
+                    .map(|(index, encounter)| {
+                        let seed = seed::derive(seed, &[seed::name_id("doubt"), index as u64]);
+                        committee.follow(encounter, seed)
+                    })
                     .collect();
                 if steps.is_empty() {
                     steps = parts;

@@ -5,6 +5,7 @@ use rustix::time::{ClockId, clock_gettime};
 use bnkf_model_export::flight::Flight;
 use serde::Serialize;
 
+use crate::csv_text::{self, number};
 use crate::method::Method;
 use crate::radar::{Condition, Radar};
 use crate::roster::Roster;
@@ -69,9 +70,11 @@ fn thread_s() -> f64 {
 
 /// The times as a table.
 pub fn csv(times: &[MethodTime]) -> Vec<u8> {
-    let row = |time: &MethodTime| format!("{},{},{}\n", time.method, time.step_us, time.flight_ms);
-    let rows: String = times.iter().map(row).collect();
-    format!("method,step_us,flight_ms\n{rows}").into_bytes()
+    let row = |time: &MethodTime| {
+        let method = time.method.to_string();
+        vec![method, number(time.step_us), number(time.flight_ms)]
+    };
+    csv_text::csv(&["method", "step_us", "flight_ms"], times.iter().map(row))
 }
 
 /// The upper of the middle values; NaN for none.

@@ -1,7 +1,11 @@
 //! `host-sim evaluate` from the outside: what it writes, and what it says when it cannot.
 
+mod complaint;
+
 use std::path::Path;
 use std::process::{Command, Output};
+
+use complaint::complaint;
 
 fn host_sim(arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
@@ -21,18 +25,6 @@ fn write_flights(folder: &Path) {
         let text = format!("timestamp,tx,ty,tz\n{}\n", rows.join("\n"));
         std::fs::write(folder.join(format!("{name}.csv")), text).unwrap();
     }
-}
-
-/// The one line that a failing command says.
-fn complaint(output: &Output) -> String {
-    assert!(!output.status.success(), "{output:?}");
-    let text = String::from_utf8(output.stderr.clone()).unwrap();
-    let errors: Vec<_> = text
-        .lines()
-        .filter(|line| line.starts_with("error: "))
-        .collect();
-    assert_eq!(errors.len(), 1, "{text}");
-    errors[0].to_owned()
 }
 
 #[test]
@@ -118,6 +110,9 @@ fn what_cannot_be_read_is_named_with_file_and_line() {
         model.to_str().unwrap(),
     ]));
     assert!(error.contains("m.bnkf: "), "{error}");
+    let memoryless = concat!(env!("CARGO_MANIFEST_DIR"), "/../models/bnkf.bnkf");
+    let error = complaint(&host_sim(&["evaluate", "--quick", "--model", memoryless]));
+    assert!(error.contains("recursive blobs"), "{error}");
     let error = complaint(&host_sim(&[
         "evaluate",
         "--flights",

@@ -1,26 +1,17 @@
 //! `host-sim replicate` from the outside.
 
+mod complaint;
+
 use std::path::Path;
 use std::process::{Command, Output};
 
 use bnkf_host_sim::replication::results::Results;
+use complaint::complaint;
 
 fn replicate(folder: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
     command.current_dir(folder).arg("replicate").args(arguments);
     command.output().expect("host-sim starts")
-}
-
-/// The one line that a failing command says.
-fn complaint(output: &Output) -> String {
-    assert!(!output.status.success(), "{output:?}");
-    let text = String::from_utf8(output.stderr.clone()).unwrap();
-    let errors: Vec<_> = text
-        .lines()
-        .filter(|line| line.starts_with("error: "))
-        .collect();
-    assert_eq!(errors.len(), 1, "{text}");
-    errors[0].to_owned()
 }
 
 const TINY: [&str; 8] = [

@@ -5,6 +5,7 @@ use bnkf_model_export::noise::NoiseLevel;
 
 use super::work_folder::WorkFolder;
 use super::{Campaign, CampaignError};
+use crate::flight_kind::first_of_each;
 use crate::method::Method;
 use crate::plot::trajectory_figure::Example;
 use crate::radar::Condition;
@@ -33,8 +34,9 @@ impl Campaign {
             .collect();
         let radar = &self.scenario.radar;
         let rate = radar.rates[1.min(radar.rates.len() - 1)];
-        let example = |(index, noise): (usize, NoiseLevel)| {
-            let index = self.example_flight(index);
+        let kinds = first_of_each(&self.flights);
+        let example = |(number, noise): (usize, NoiseLevel)| {
+            let index = kinds[number % kinds.len()];
             let flight = &self.flights[index];
             let kit = &kits[0][self.folds.of_flight[index]];
             let supplies = Supplies {
@@ -63,23 +65,6 @@ impl Campaign {
             .enumerate()
             .map(example)
             .collect()
-    }
-
-    /// The flight with number `example` among those of different kinds: names without their
-    /// trailing number.
-    fn example_flight(&self, example: usize) -> usize {
-        let kind = |index: usize| {
-            let name = &self.flights[index].name;
-            name.rsplit_once(['-', '#'])
-                .map_or(name.as_str(), |(kind, _)| kind)
-        };
-        let mut chosen: Vec<usize> = Vec::new();
-        for index in 0..self.flights.len() {
-            if chosen.iter().all(|other| kind(*other) != kind(index)) {
-                chosen.push(index);
-            }
-        }
-        chosen[example % chosen.len()]
     }
 
     /// Times every method at high noise with all samples measured, on this thread.

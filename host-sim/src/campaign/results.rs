@@ -12,7 +12,9 @@ use super::generalisation::VariedCell;
 use super::outcome::{Cluster, Floor, Outcome};
 use crate::bootstrap::RESAMPLES;
 use crate::consistency::NOMINAL;
+use crate::csv_text::{csv, number};
 use crate::method::Method;
+use crate::radar::Condition;
 use crate::results_json::ModelProvenance;
 
 /// What made the results.
@@ -120,125 +122,148 @@ pub fn write(
     Ok(names)
 }
 
+/// Headers of what [`place`] gives.
+const PLACE: [&str; 4] = ["noise_table", "noise", "rate", "method"];
+
 fn cells_csv(cells: &[CellSummary]) -> Vec<u8> {
-    let header = "noise_table,noise,rate,method,steps,ed_mean_m,ed_low_m,ed_high_m,ed_median_m,d_mean,nees_mean,\
-                  nees_low,nees_high,coverage50,coverage90,coverage95,det_p_median_m6,nis_ratio,nees_inside_95,\
-                  nis_inside_95,diverged";
+    let own = [
+        "steps",
+        "ed_mean_m",
+        "ed_low_m",
+        "ed_high_m",
+        "ed_median_m",
+        "d_mean",
+        "nees_mean",
+        "nees_low",
+        "nees_high",
+        "coverage50",
+        "coverage90",
+        "coverage95",
+        "det_p_median_m6",
+        "nis_ratio",
+        "nees_inside_95",
+        "nis_inside_95",
+        "diverged",
+    ];
     let row = |cell: &CellSummary| {
         let m = &cell.metrics;
-        [
-            place(cell),
-            m.steps.to_string(),
-            number(m.ed_mean_m),
-            number(cell.ed_interval_m.low),
-            number(cell.ed_interval_m.high),
-            number(m.ed_median_m),
-            number(m.d_mean),
-            number(m.nees_mean),
-            number(cell.nees_interval.low),
-            number(cell.nees_interval.high),
-            number(cell.coverage50),
-            number(m.coverage90),
-            number(cell.coverage95),
-            number(m.det_p_median_m6),
-            number(cell.nis_ratio),
-            number(cell.nees_bounds.inside),
-            number(cell.nis_bounds.inside),
-            m.diverged.to_string(),
-        ]
-        .join(",")
+        let numbers = [
+            m.ed_mean_m,
+            cell.ed_interval_m.low,
+            cell.ed_interval_m.high,
+            m.ed_median_m,
+            m.d_mean,
+            m.nees_mean,
+            cell.nees_interval.low,
+            cell.nees_interval.high,
+            cell.coverage50,
+            m.coverage90,
+            cell.coverage95,
+            m.det_p_median_m6,
+            cell.nis_ratio,
+            cell.nees_bounds.inside,
+            cell.nis_bounds.inside,
+        ];
+        let mut row = place(&cell.condition, cell.method);
+        row.push(m.steps.to_string());
+        row.extend(numbers.map(number));
+        row.push(m.diverged.to_string());
+        row
     };
-    csv(header, cells.iter().map(row))
+    csv(&[&PLACE[..], &own].concat(), cells.iter().map(row))
 }
 
 fn phases_csv(cells: &[CellSummary]) -> Vec<u8> {
-    let header = "noise_table,noise,rate,method,phase,steps,ed_mean_m,nees_mean,coverage90";
+    let own = ["phase", "steps", "ed_mean_m", "nees_mean", "coverage90"];
     let rows = cells.iter().flat_map(|cell| {
         cell.phases.iter().map(|phase| {
             let m = &phase.metrics;
-            let name = format!("{:?}", phase.phase).to_lowercase();
-            let numbers = [m.ed_mean_m, m.nees_mean, m.coverage90]
-                .map(number)
-                .join(",");
-            format!("{},{name},{},{numbers}", place(cell), m.steps)
+            let mut row = place(&cell.condition, cell.method);
+            row.push(format!("{:?}", phase.phase).to_lowercase());
+            row.push(m.steps.to_string());
+            row.extend([m.ed_mean_m, m.nees_mean, m.coverage90].map(number));
+            row
         })
     });
-    csv(header, rows)
+    csv(&[&PLACE[..], &own].concat(), rows)
 }
 
 fn reliability_csv(cells: &[CellSummary]) -> Vec<u8> {
-    let header = "noise_table,noise,rate,method,nominal,observed";
     let rows = cells.iter().flat_map(|cell| {
-        let pairs = NOMINAL.into_iter().zip(cell.reliability);
-        pairs.map(|(nominal, observed)| format!("{},{nominal},{}", place(cell), number(observed)))
+        NOMINAL
+            .into_iter()
+            .zip(cell.reliability)
+            .map(|(nominal, observed)| {
+                let mut row = place(&cell.condition, cell.method);
+                row.extend([nominal, observed].map(number));
+                row
+            })
     });
-    csv(header, rows)
+    csv(&[&PLACE[..], &["nominal", "observed"]].concat(), rows)
 }
 
 fn comparisons_csv(comparisons: &[Comparison]) -> Vec<u8> {
-    let header = "noise_table,noise,rate,a,b,ed_difference_m,low_m,high_m,a_wins,flights";
+    let header = [
+        "noise_table",
+        "noise",
+        "rate",
+        "a",
+        "b",
+        "ed_difference_m",
+        "low_m",
+        "high_m",
+        "a_wins",
+        "flights",
+    ];
     let row = |comparison: &Comparison| {
-        let Comparison {
-            a,
-            b,
-            condition,
-            ed_m,
-        } = comparison;
-        let numbers = [ed_m.difference, ed_m.interval.low, ed_m.interval.high]
-            .map(number)
-            .join(",");
-        format!(
-            "{},{},{},{a},{b},{numbers},{},{}",
-            condition.table, condition.noise, condition.rate, ed_m.wins, ed_m.flights
-        )
+        let ed_m = &comparison.ed_m;
+        let mut row = place(&comparison.condition, comparison.a);
+        row.push(comparison.b.to_string());
+        row.extend([ed_m.difference, ed_m.interval.low, ed_m.interval.high].map(number));
+        row.extend([ed_m.wins, ed_m.flights].map(|count| count.to_string()));
+        row
     };
-    csv(header, comparisons.iter().map(row))
+    csv(&header, comparisons.iter().map(row))
 }
 
 fn variations_csv(cells: &[VariedCell]) -> Vec<u8> {
-    let header =
-        "variation,noise_table,noise,rate,method,steps,ed_mean_m,nees_mean,coverage90,diverged";
+    let own = ["steps", "ed_mean_m", "nees_mean", "coverage90", "diverged"];
     let row = |cell: &VariedCell| {
-        let (c, m) = (&cell.condition, &cell.metrics);
-        let numbers = [m.ed_mean_m, m.nees_mean, m.coverage90]
-            .map(number)
-            .join(",");
-        format!(
-            "{},{},{},{},{},{},{numbers},{}",
-            cell.variation, c.table, c.noise, c.rate, cell.method, m.steps, m.diverged
-        )
+        let m = &cell.metrics;
+        let mut row = vec![cell.variation.clone()];
+        row.extend(place(&cell.condition, cell.method));
+        row.push(m.steps.to_string());
+        row.extend([m.ed_mean_m, m.nees_mean, m.coverage90].map(number));
+        row.push(m.diverged.to_string());
+        row
     };
-    csv(header, cells.iter().map(row))
+    csv(
+        &[&["variation"], &PLACE[..], &own].concat(),
+        cells.iter().map(row),
+    )
 }
 
 fn bounds_csv(floors: &[Floor]) -> Vec<u8> {
     let row = |floor: &Floor| {
         let c = &floor.condition;
-        format!("{},{},{},{}", c.table, c.noise, c.rate, number(floor.ed_m))
+        vec![
+            c.table.to_string(),
+            c.noise.to_string(),
+            c.rate.to_string(),
+            number(floor.ed_m),
+        ]
     };
-    csv("noise_table,noise,rate,ed_m", floors.iter().map(row))
+    csv(
+        &["noise_table", "noise", "rate", "ed_m"],
+        floors.iter().map(row),
+    )
 }
 
-fn place(cell: &CellSummary) -> String {
-    let c = &cell.condition;
-    format!("{},{},{},{}", c.table, c.noise, c.rate, cell.method)
-}
-
-/// The shortest text that reads back as the same number; empty for none.
-fn number(value: f64) -> String {
-    if value.is_finite() {
-        value.to_string()
-    } else {
-        String::new()
-    }
-}
-
-fn csv(header: &str, rows: impl Iterator<Item = String>) -> Vec<u8> {
-    let mut text = header.to_owned();
-    for row in rows {
-        text.push('\n');
-        text.push_str(&row);
-    }
-    text.push('\n');
-    text.into_bytes()
+fn place(condition: &Condition, method: Method) -> Vec<String> {
+    vec![
+        condition.table.to_string(),
+        condition.noise.to_string(),
+        condition.rate.to_string(),
+        method.to_string(),
+    ]
 }

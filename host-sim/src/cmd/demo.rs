@@ -12,6 +12,7 @@ use bnkf_model_export::generator::{GeneratorError, GeneratorSettings, generate};
 use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
 
 use crate::evaluation::Evaluation;
+use crate::flight_kind::first_of_each;
 use crate::method::Method;
 use crate::model::{Model, ModelError};
 use crate::plot::metrics_figure;
@@ -129,14 +130,9 @@ pub fn run(args: &Args) -> Result<(), DemoError> {
 
 /// One flight of a kind of its own per noise level, with gaps.
 fn examples<'a>(evaluation: &Evaluation<'a>) -> Vec<Example<'a>> {
-    let mut shown: Vec<&Flight> = Vec::new();
-    for flight in evaluation.segments {
-        if shown.iter().all(|other| kind(other) != kind(flight)) {
-            shown.push(flight);
-        }
-    }
     let rate = SamplingRate::THREE_QUARTERS;
-    let example = |(noise, flight): (NoiseLevel, &'a Flight)| {
+    let example = |(noise, index): (NoiseLevel, usize)| {
+        let flight = &evaluation.segments[index];
         let table = NoiseTable::default();
         let condition = Condition { table, noise, rate };
         let readings = evaluation.readings(flight, condition);
@@ -151,17 +147,9 @@ fn examples<'a>(evaluation: &Evaluation<'a>) -> Vec<Example<'a>> {
     };
     NoiseLevel::ALL
         .into_iter()
-        .zip(shown)
+        .zip(first_of_each(evaluation.segments))
         .map(example)
         .collect()
-}
-
-/// A generated flight's name without its number.
-fn kind(flight: &Flight) -> &str {
-    flight
-        .name
-        .rsplit_once('-')
-        .map_or(&flight.name, |(kind, _)| kind)
 }
 
 fn provenance(flights: &[Flight], models: &[Model]) -> Provenance {

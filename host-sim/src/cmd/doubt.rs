@@ -3,7 +3,7 @@
 use std::io::Write as _;
 use std::path::PathBuf;
 
-use bnkf_model_export::atomic_file;
+use bnkf_model_export::atomic_file::{self, AtomicWriteError};
 use bnkf_model_export::command_line::command_line;
 use bnkf_model_export::flight_set::{FlightSet, FlightSetError, Preparation};
 use bnkf_model_export::generator::GeneratorError;
@@ -68,9 +68,20 @@ pub enum DoubtError {
     /// Built-in flights cannot be generated.
     #[error(transparent)]
     Generator(#[from] GeneratorError),
+    /// The folder cannot be made.
+    #[error("{}: {cause}", path.display())]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// What the system said.
+        cause: std::io::Error,
+    },
     /// A file cannot be written.
-    #[error("cannot write: {0}")]
-    Write(#[from] std::io::Error),
+    #[error(transparent)]
+    Write(#[from] AtomicWriteError),
+    /// Standard output was closed.
+    #[error("standard output: {0}")]
+    Output(#[from] std::io::Error),
 }
 
 /// Runs the command.
@@ -78,6 +89,13 @@ pub enum DoubtError {
 /// # Errors
 /// See [`DoubtError`].
 pub fn run(args: &Args) -> Result<(), DoubtError> {
+    // Before the run, not after it.
+    if let Some(path) = &args.out {
+        std::fs::create_dir_all(path).map_err(|cause| DoubtError::Folder {
+            path: path.clone(),
+            cause,
+        })?;
+    }
     let models = args.entries.iter().map(Entry::models);
     let models: Vec<Vec<Model>> = models.collect::<Result<_, _>>()?;
     let mut candidates = Vec::new();
@@ -100,9 +118,13 @@ pub fn run(args: &Args) -> Result<(), DoubtError> {
             radar_m: [0.0; 3],
             seed: args.seed,
         };
+        let set = FlightSet::read(path, &preparation)?;
+        for reason in &set.unplaced {
+            eprintln!("warning: left out: {reason}");
+        }
         worlds.push(World {
             name: "recorded".to_owned(),
-            flights: FlightSet::read(path, &preparation)?.segments,
+            flights: set.segments,
         });
     }
     let bar = progress::bar(3 * worlds.len() * candidates.len(), "Following");
@@ -119,14 +141,13 @@ pub fn run(args: &Args) -> Result<(), DoubtError> {
     }
     bar.finish_and_clear();
     let table = markdown(&rows);
-    std::io::stdout().write_all(table.as_bytes())?;
     if let Some(folder) = &args.out {
-        std::fs::create_dir_all(folder)?;
         let page = format!("    {}\n{table}", command_line("host-sim"));
-        for (name, text) in [("doubt.md", page), ("doubt.csv", csv(&rows))] {
-            atomic_file::write(&folder.join(name), text.as_bytes())
-                .map_err(std::io::Error::other)?;
+        for (name, bytes) in [("doubt.md", page.into_bytes()), ("doubt.csv", csv(&rows))] {
+            atomic_file::write(&folder.join(name), &bytes)?;
         }
     }
+    // Only now: a closed pipe costs no results.
+    std::io::stdout().write_all(table.as_bytes())?;
     Ok(())
 }

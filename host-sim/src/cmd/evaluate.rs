@@ -43,8 +43,9 @@ pub struct Args {
     /// [default: radians; with --folds the scenario's]
     #[arg(long, value_enum)]
     pub noise_table: Option<NoiseTable>,
-    /// Blob that replaces the built-in one of its kind: one network serves BNN and BNKF, three BNKFe
-    #[arg(long = "model", value_name = "BLOB", conflicts_with_all = ["folds", "quick"])]
+    /// Blob that replaces the built-in one of its kind: one network serves BNN and BNKF, three BNKFe;
+    /// a cross-validation trains those itself and takes recursive blobs only
+    #[arg(long = "model", value_name = "BLOB")]
     pub models: Vec<PathBuf>,
     /// Methods, separated by commas [default: the paper's five and the recursive tracker; with --folds or --quick all]
     #[arg(long, value_enum, value_delimiter = ',')]

@@ -170,7 +170,7 @@ pub fn run(args: &Args) -> Result<(), ReplicateError> {
     let text = page(existing.as_deref(), &results);
     let files = [
         (args.out.join("replication.json"), results.json()),
-        (args.out.join("replication.csv"), results.csv().into_bytes()),
+        (args.out.join("replication.csv"), results.csv()),
         (page_path, text.clone().into_bytes()),
     ];
     for (path, bytes) in &files {

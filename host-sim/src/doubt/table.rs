@@ -1,6 +1,7 @@
 //! The study as Markdown and as CSV.
 
 use super::Row;
+use crate::csv_text::{self, number};
 
 /// A Markdown table for each world.
 pub fn markdown(rows: &[Row]) -> String {
@@ -20,7 +21,7 @@ pub fn markdown(rows: &[Row]) -> String {
         text += &format!(
             "| {} | {} | {:.3} | {:.2} | {:.1} | {:+.1} ({:+.1} .. {:+.1}) | {:+.3} ({:+.3} .. {:+.3}) | {:.2} | {:.1} % |\n",
             row.noise,
-            row.entry,
+            row.entry.replace('|', "\\|"),
             d.distance_m,
             d.nees,
             100.0 * d.coverage90,
@@ -38,13 +39,30 @@ pub fn markdown(rows: &[Row]) -> String {
 }
 
 /// Every number, a line for each row.
-pub fn csv(rows: &[Row]) -> String {
-    let mut text = "world,noise,entry,ed_m,nees,coverage90,coverage90_low,coverage90_high,\
-                    surprise_nats,jerk_sigma_mps3,noise_share,coverage90_gain,gain_low,gain_high,\
-                    surprise_gain,surprise_gain_low,surprise_gain_high,flights\n"
-        .to_owned();
-    for row in rows {
+pub fn csv(rows: &[Row]) -> Vec<u8> {
+    let header = [
+        "world",
+        "noise",
+        "entry",
+        "ed_m",
+        "nees",
+        "coverage90",
+        "coverage90_low",
+        "coverage90_high",
+        "surprise_nats",
+        "jerk_sigma_mps3",
+        "noise_share",
+        "coverage90_gain",
+        "coverage90_gain_low",
+        "coverage90_gain_high",
+        "surprise_gain_nats",
+        "surprise_gain_low",
+        "surprise_gain_high",
+        "flights",
+    ];
+    let row = |row: &Row| {
         let d = &row.doubt;
+        let (coverage, surprise) = (&d.coverage90_gain, &d.surprise_gain);
         let numbers = [
             d.distance_m,
             d.nees,
@@ -54,22 +72,17 @@ pub fn csv(rows: &[Row]) -> String {
             d.surprise,
             d.jerk_sigma_mps3,
             d.noise_share,
-            d.coverage90_gain.difference,
-            d.coverage90_gain.interval.low,
-            d.coverage90_gain.interval.high,
-            d.surprise_gain.difference,
-            d.surprise_gain.interval.low,
-            d.surprise_gain.interval.high,
-        ]
-        .map(|number| format!("{number:.6}"));
-        text += &format!(
-            "{},{},{},{},{}\n",
-            row.world,
-            row.noise,
-            row.entry,
-            numbers.join(","),
-            d.surprise_gain.flights
-        );
-    }
-    text
+            coverage.difference,
+            coverage.interval.low,
+            coverage.interval.high,
+            surprise.difference,
+            surprise.interval.low,
+            surprise.interval.high,
+        ];
+        let mut fields = vec![row.world.clone(), row.noise.to_string(), row.entry.clone()];
+        fields.extend(numbers.map(number));
+        fields.push(surprise.flights.to_string());
+        fields
+    };
+    csv_text::csv(&header, rows.iter().map(row))
 }

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::entry::{Entry, Section};
 use super::summary::Summary;
+use crate::csv_text::csv;
 use bnkf_model_export::noise::NoiseLevel;
 
 /// What made the numbers.
@@ -82,28 +83,38 @@ impl Results {
     }
 
     /// One row for each cell.
-    pub fn csv(&self) -> String {
-        let mut csv =
-            "section,method,noise,scored,dropped,unusable,ed_m,d,d_squared,det_p_mean_m6,\
-                       det_p_median_m6\n"
-                .to_owned();
-        for line in &self.lines {
-            let section = line.section.name();
-            for (level, cell) in NoiseLevel::ALL.iter().zip(&line.cells) {
-                csv.push_str(&format!(
-                    "{section},\"{}\",{level},{},{},{},{},{},{},{},{}\n",
-                    line.label,
-                    cell.scored,
-                    cell.dropped,
-                    cell.unusable,
-                    cell.error_m,
-                    cell.distance,
-                    cell.distance_squared,
-                    cell.det_p_mean_m6,
-                    cell.det_p_median_m6,
-                ));
-            }
-        }
-        csv
+    pub fn csv(&self) -> Vec<u8> {
+        let header = [
+            "section",
+            "method",
+            "noise",
+            "scored",
+            "dropped",
+            "unusable",
+            "ed_m",
+            "d",
+            "d_squared",
+            "det_p_mean_m6",
+            "det_p_median_m6",
+        ];
+        let rows = self.lines.iter().flat_map(|line| {
+            let cells = NoiseLevel::ALL.iter().zip(&line.cells);
+            cells.map(|(level, cell)| {
+                vec![
+                    line.section.name().to_owned(),
+                    line.label.clone(),
+                    level.to_string(),
+                    cell.scored.to_string(),
+                    cell.dropped.to_string(),
+                    cell.unusable.to_string(),
+                    cell.error_m.to_string(),
+                    cell.distance.to_string(),
+                    cell.distance_squared.to_string(),
+                    cell.det_p_mean_m6.to_string(),
+                    cell.det_p_median_m6.to_string(),
+                ]
+            })
+        });
+        csv(&header, rows)
     }
 }
