@@ -23,6 +23,7 @@ use crate::method::Method;
 use crate::model::Model;
 use crate::radar::Condition;
 use crate::roster::{Roster, RosterError, Supplies};
+use crate::runs::Runs;
 use crate::scenario::Scenario;
 use crate::step_record::{MethodSteps, StepRecord};
 use crate::steps_parquet::{FlightTracks, StepsFile};
@@ -36,8 +37,8 @@ use work_folder::{WorkFolder, WorkFolderError};
 pub struct Campaign {
     /// Radar and flights.
     pub scenario: Scenario,
-    /// Flights, cut and placed.
-    pub flights: Vec<Flight>,
+    /// Flights, cut and placed, run after run.
+    pub runs: Runs,
     /// Their division.
     pub folds: Folds,
     /// The methods.
@@ -110,7 +111,7 @@ impl Campaign {
         self.units(&conditions, &kits, work, watcher)?;
         let variations = self.generalise(&kits[0][0], work, watcher)?;
         watcher(Progress::Stage("Summing up", conditions.len()));
-        let (cluster, clusters) = clusters(&self.flights);
+        let (cluster, clusters) = clusters(&self.runs);
         let mut steps = StepsFile::new()?;
         let (mut cells, mut pairs, mut floors) = (Vec::new(), Vec::new(), Vec::new());
         for (number, condition) in conditions.iter().enumerate() {
@@ -149,7 +150,7 @@ impl Campaign {
     ) -> Result<Vec<Vec<FoldKit>>, CampaignError> {
         let tables = &self.scenario.radar.tables;
         let training: Vec<Vec<&Flight>> = (0..self.folds.count)
-            .map(|fold| self.folds.training(&self.flights, fold))
+            .map(|fold| self.folds.training(self.runs.first(), fold))
             .collect();
         let task = |table: NoiseTable, fold: usize| Task {
             fold,
@@ -206,10 +207,13 @@ impl Campaign {
         work: &WorkFolder,
         watcher: Watcher<'_>,
     ) -> Result<(), CampaignError> {
-        let count = conditions.len() * self.flights.len();
+        let count = conditions.len() * self.runs.flights.len();
         watcher(Progress::Stage("Evaluating", count));
         (0..count).into_par_iter().try_for_each(|unit| {
-            let (number, flight) = (unit / self.flights.len(), unit % self.flights.len());
+            let (number, flight) = (
+                unit / self.runs.flights.len(),
+                unit % self.runs.flights.len(),
+            );
             let name = unit_name(number, flight);
             if work.bytes(&name)?.is_none() {
                 let condition = conditions[number];
@@ -217,7 +221,10 @@ impl Campaign {
                 let table = tables.iter().position(|table| *table == condition.table);
                 let kit =
                     &kits[table.expect("a table of the scenario")][self.folds.of_flight[flight]];
-                work.store(&name, &self.unit(kit, &self.flights[flight], condition)?)?;
+                work.store(
+                    &name,
+                    &self.unit(kit, &self.runs.flights[flight], condition)?,
+                )?;
             }
             watcher(Progress::Advance(1000));
             Ok(())
@@ -264,7 +271,7 @@ impl Campaign {
         condition: usize,
     ) -> Result<(Vec<FlightTracks<'_>>, Vec<Option<FlightSum>>), WorkFolderError> {
         let (mut tracks, mut floors) = (Vec::new(), Vec::new());
-        for (index, flight) in self.flights.iter().enumerate() {
+        for (index, flight) in self.runs.flights.iter().enumerate() {
             let unit: Unit = work
                 .load(&unit_name(condition, index))?
                 .expect("made before");

@@ -32,6 +32,7 @@ pub mod replication;
 pub mod report;
 pub mod results_json;
 pub mod roster;
+pub mod runs;
 pub mod runtime;
 pub mod scenario;
 pub mod step_record;

@@ -212,3 +212,34 @@ fn a_full_disk_leaves_no_half_results_of_a_cross_validation() {
     assert!(command("").status.success());
     assert!(names(&out).contains(&"report.html".to_owned()));
 }
+
+/// Three runs of two flights are three times the steps, and two flights to the intervals.
+#[test]
+fn runs_measure_every_flight_again() {
+    let folder = tempfile::tempdir().unwrap();
+    write_flights(folder.path());
+    let flights = folder.path().to_str().unwrap();
+    let out = folder.path().join("out");
+    let mut arguments = vec!["evaluate", "--flights", flights, "--runs", "3"];
+    let output = host_sim(&arguments);
+    assert!(!output.status.success());
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(text.contains("--folds"), "{text}");
+
+    arguments.extend(["--folds", "2", "--place", "--noise-table", "radians"]);
+    arguments.extend(["--methods", "converted,fused", "--out"]);
+    arguments.push(out.to_str().unwrap());
+    let output = host_sim(&arguments);
+    assert!(output.status.success(), "{output:?}");
+    let table = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(table.matches("354 steps").count(), 9, "{table}");
+    let text = std::fs::read_to_string(out.join("results.json")).unwrap();
+    let results: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(results["provenance"]["flights"], 2);
+    assert_eq!(results["provenance"]["runs"], 3);
+    for comparison in results["comparisons"].as_array().unwrap() {
+        assert_eq!(comparison["ed_m"]["flights"], 2, "{comparison}");
+    }
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("2 flights from 2 recordings, each 3 times"));
+}

@@ -34,10 +34,10 @@ impl Campaign {
             .collect();
         let radar = &self.scenario.radar;
         let rate = radar.rates[1.min(radar.rates.len() - 1)];
-        let kinds = first_of_each(&self.flights);
+        let kinds = first_of_each(self.runs.first());
         let example = |(number, noise): (usize, NoiseLevel)| {
             let index = kinds[number % kinds.len()];
-            let flight = &self.flights[index];
+            let flight = &self.runs.flights[index];
             let kit = &kits[0][self.folds.of_flight[index]];
             let supplies = Supplies {
                 models: &kit.models,
@@ -80,7 +80,7 @@ impl Campaign {
             tunings: kit.tunings.as_ref(),
         };
         let roster = Roster::new(&self.methods, supplies)?;
-        let flights: Vec<_> = self.flights.iter().take(TIMED).collect();
+        let flights: Vec<_> = self.runs.flights.iter().take(TIMED).collect();
         let radar = &self.scenario.radar;
         let condition = Condition {
             table: radar.tables[0],

@@ -88,7 +88,7 @@ impl Campaign {
         kit: &FoldKit,
         condition: Condition,
     ) -> Result<Vec<(Method, CellMetrics)>, CampaignError> {
-        let count = (self.flights.len() / FLIGHTS_PART).max(FLIGHTS_MIN);
+        let count = (self.runs.first / FLIGHTS_PART).max(FLIGHTS_MIN);
         let flights = variation.flights(&self.scenario, count, self.seed)?;
         let radar = variation.radar(&self.scenario);
         let roster = self.roster(kit)?;

@@ -1,6 +1,5 @@
 //! What a campaign sums up to.
 
-use bnkf_model_export::flight::Flight;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -10,6 +9,7 @@ use super::generalisation::VariedCell;
 use crate::bootstrap::{FlightSum, mean};
 use crate::method::Method;
 use crate::radar::Condition;
+use crate::runs::Runs;
 use crate::steps_parquet::FlightTracks;
 
 /// With fewer recordings than this, the bootstrap draws flights (segments) instead of recordings.
@@ -49,7 +49,7 @@ pub struct Floor {
 pub enum Cluster {
     /// All flights of one recording.
     Recording,
-    /// Single flights: there are too few recordings to draw from.
+    /// Single flights with their runs: there are too few recordings to draw from.
     Flight,
 }
 
@@ -104,11 +104,12 @@ impl Block<'_> {
     }
 }
 
-/// What the bootstrap draws from `flights`, and the number of each flight's cluster.
-pub fn clusters(flights: &[Flight]) -> (Cluster, Vec<usize>) {
+/// What the bootstrap draws from `runs`, and the number of each flight's cluster. All runs of a
+/// flight are drawn together.
+pub fn clusters(runs: &Runs) -> (Cluster, Vec<usize>) {
     let mut sources: Vec<&str> = Vec::new();
     let mut of_flight = Vec::new();
-    for flight in flights {
+    for flight in &runs.flights {
         let known = sources.iter().position(|source| *source == flight.source);
         of_flight.push(known.unwrap_or(sources.len()));
         if known.is_none() {
@@ -116,7 +117,7 @@ pub fn clusters(flights: &[Flight]) -> (Cluster, Vec<usize>) {
         }
     }
     if sources.len() < RECORDINGS_MIN {
-        return (Cluster::Flight, (0..flights.len()).collect());
+        return (Cluster::Flight, runs.segment_of.clone());
     }
     (Cluster::Recording, of_flight)
 }
@@ -126,6 +127,7 @@ mod tests {
     use bnkf_model_export::flight::Flight;
 
     use super::{Cluster, clusters};
+    use crate::runs::Runs;
 
     #[test]
     fn few_recordings_are_drawn_by_flight() {
@@ -137,11 +139,14 @@ mod tests {
         let flight =
             |i: usize| Flight::from_track(&format!("f{i}"), &format!("s{}", i / 2), &rows).unwrap();
         let flights: Vec<_> = (0..20).map(flight).collect();
-        let (cluster, of_flight) = clusters(&flights);
+        let runs = |count: usize| Runs::new(vec![flights[..count].to_vec(); 2]);
+        let (cluster, of_flight) = clusters(&runs(20));
         assert_eq!(cluster, Cluster::Recording);
         assert_eq!(of_flight[..5], [0, 0, 1, 1, 2]);
-        let (cluster, of_flight) = clusters(&flights[..19 - 1]);
+        assert_eq!(of_flight[20..23], [0, 0, 1]);
+        let (cluster, of_flight) = clusters(&runs(18));
         assert_eq!(cluster, Cluster::Flight);
         assert_eq!(of_flight[..3], [0, 1, 2]);
+        assert_eq!(of_flight[18..21], [0, 1, 2]);
     }
 }

@@ -38,6 +38,8 @@ pub struct CampaignProvenance {
     pub data_sha256: String,
     /// Number of flights (segments).
     pub flights: usize,
+    /// How often each of them is measured, and placed if flights are.
+    pub runs: usize,
     /// Number of recordings they were cut from.
     pub recordings: usize,
     /// Segments that do not fit into the volume, and why.

@@ -1,8 +1,10 @@
 //! `host-sim evaluate`: the table of methods, on recorded flights or cross-validated.
 
 mod cross_validated;
+mod data;
 mod recorded;
 
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use bnkf_model_export::atomic_file::AtomicWriteError;
@@ -25,6 +27,7 @@ use crate::scenario::ScenarioError;
 /// cross-validation, every fold's networks trained and baselines tuned on the other folds'
 /// recordings; interrupted runs continue where they were.
 #[derive(Clone, Debug, clap::Args)]
+#[command(group(clap::ArgGroup::new("cross-validation").args(["folds", "quick"]).multiple(true)))]
 pub struct Args {
     /// Folder of flight files (.csv or .txt: timestamp,tx,ty,tz), or one file; with --folds or
     /// --quick generated flights are the default
@@ -66,13 +69,27 @@ pub struct Args {
     #[arg(long)]
     pub quick: bool,
     /// Scenario of a cross-validation: `paper`, `counter-uas` or a TOML file
-    #[arg(long, value_name = "NAME|FILE", default_value = "paper")]
+    #[arg(
+        long,
+        value_name = "NAME|FILE",
+        requires = "cross-validation",
+        default_value = "paper"
+    )]
     pub scenario: PathBuf,
+    /// How often a cross-validation measures every flight, and places it if --place is given; the
+    /// first time is what trains and tunes, and intervals draw all runs of a flight together
+    #[arg(long, value_name = "N", requires = "cross-validation", default_value_t = NonZeroUsize::MIN)]
+    pub runs: NonZeroUsize,
     /// Training epochs of a cross-validation [default: 200, with --quick 30]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", requires = "cross-validation")]
     pub epochs: Option<u32>,
     /// Folder for the results of a cross-validation; made if it is missing
-    #[arg(long, value_name = "DIR", default_value = "out/evaluation")]
+    #[arg(
+        long,
+        value_name = "DIR",
+        requires = "cross-validation",
+        default_value = "out/evaluation"
+    )]
     pub out: PathBuf,
 }
 

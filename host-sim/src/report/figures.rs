@@ -116,8 +116,8 @@ pub(super) fn draw(material: &Material<'_>) -> Vec<Figure> {
         caption,
         trajectory_figure::draw(examples),
     );
-    let shown: Vec<&Flight> = campaign.flights.iter().collect();
-    let caption = format!("The first of {} flights.", campaign.flights.len());
+    let shown: Vec<&Flight> = campaign.runs.first().iter().collect();
+    let caption = format!("The first of {} flights.", campaign.runs.first);
     add(
         "flights",
         "flights".to_owned(),
@@ -129,7 +129,7 @@ pub(super) fn draw(material: &Material<'_>) -> Vec<Figure> {
         noise: NoiseLevel::Low,
         rate,
     };
-    let flight = &campaign.flights[0];
+    let flight = &campaign.runs.flights[0];
     let rows: Vec<_> = radar
         .rates
         .iter()

@@ -88,10 +88,14 @@ fn lead(material: &Material<'_>) -> String {
     } = material;
     let steps: u64 = outcome.cells.iter().map(|cell| cell.metrics.steps).sum();
     format!(
-        "{}. {} flights from {} recordings ({}), {} methods on the same readings, {} folds by recording, {} scored estimates.",
+        "{}. {} flights from {} recordings{} ({}), {} methods on the same readings, {} folds by recording, {} scored estimates.",
         campaign.scenario.summary,
         provenance.flights,
         provenance.recordings,
+        match provenance.runs {
+            1 => String::new(),
+            runs => format!(", each {runs} times"),
+        },
         provenance.data,
         campaign.methods.len(),
         provenance.folds,

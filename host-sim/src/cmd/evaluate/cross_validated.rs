@@ -6,13 +6,10 @@ use std::sync::Mutex;
 use bnkf::blob::Kind;
 use bnkf_model_export::atomic_file;
 use bnkf_model_export::command_line::command_line;
-use bnkf_model_export::data_hash;
-use bnkf_model_export::flight::Flight;
-use bnkf_model_export::flight_set::{FlightSet, Preparation};
-use bnkf_model_export::generator::{GeneratorSettings, generate};
 use clap::ValueEnum;
 use indicatif::ProgressBar;
 
+use super::data::Data;
 use super::{Args, EvaluateError, methods_or};
 use crate::campaign::results::{self, CampaignProvenance};
 use crate::campaign::work_folder::WorkFolder;
@@ -40,7 +37,7 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
         None if args.quick => scenario.radar.tables.truncate(1),
         None => {}
     }
-    let data = flights(args, &scenario)?;
+    let data = Data::of(args, &scenario)?;
     for reason in &data.unplaced {
         eprintln!("warning: left out: {reason}");
     }
@@ -59,8 +56,8 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
     shipped.drain(..shipped.len().saturating_sub(1));
     let count = args.folds.unwrap_or(FOLDS);
     let campaign = Campaign {
-        folds: Folds::new(&data.segments, count, args.seed)?,
-        flights: data.segments,
+        folds: Folds::new(&data.runs.flights, count, args.seed)?,
+        runs: data.runs,
         methods: methods_or(args, &all_methods(&shipped)),
         shipped,
         passes: args.passes,
@@ -134,60 +131,6 @@ fn all_methods(shipped: &[Model]) -> Vec<Method> {
         .collect()
 }
 
-/// Flights of a run and where they came from.
-struct Data {
-    segments: Vec<Flight>,
-    source: String,
-    sha256: String,
-    unplaced: Vec<String>,
-}
-
-fn flights(args: &Args, scenario: &Scenario) -> Result<Data, EvaluateError> {
-    if let Some(path) = &args.flights {
-        let preparation = Preparation {
-            segment_s: args.segment_s,
-            volume: args.place.then_some(scenario.volume),
-            radar_m: args.radar.0,
-            seed: args.seed,
-        };
-        let set = FlightSet::read(path, &preparation)?;
-        let source = path.display().to_string();
-        return Ok(Data {
-            segments: set.segments,
-            source,
-            sha256: set.sha256,
-            unplaced: set.unplaced,
-        });
-    }
-    let settings = GeneratorSettings {
-        flights: if args.quick {
-            scenario.quick_count
-        } else {
-            scenario.count
-        },
-        seed: args.seed,
-        duration_s: scenario.duration_s,
-        rate_hz: scenario.rate_hz,
-        speed_scale: scenario.speed_scale,
-        size_scale: scenario.size_scale,
-        timing_jitter_s: 0.0,
-        volume: scenario.volume,
-    };
-    let generated = generate(&settings)?;
-    let sha256 = data_hash::of_flights(&generated);
-    let segments = generated
-        .iter()
-        .map(|flight| flight.seen_from(args.radar.0))
-        .collect();
-    let source = format!("built-in generator, seed {}", args.seed);
-    Ok(Data {
-        segments,
-        source,
-        sha256,
-        unplaced: Vec::new(),
-    })
-}
-
 fn provenance(
     args: &Args,
     campaign: &Campaign,
@@ -196,6 +139,7 @@ fn provenance(
     unplaced: Vec<String>,
 ) -> CampaignProvenance {
     let mut recordings: Vec<&str> = campaign
+        .runs
         .flights
         .iter()
         .map(|flight| flight.source.as_str())
@@ -211,7 +155,8 @@ fn provenance(
         scenario_sha256: campaign.scenario.sha256.clone(),
         data,
         data_sha256: sha256,
-        flights: campaign.flights.len(),
+        flights: campaign.runs.segments(),
+        runs: args.runs.get(),
         recordings: recordings.len(),
         unplaced,
         folds: campaign.folds.count,
@@ -227,7 +172,7 @@ fn provenance(
 fn quick_note(campaign: &Campaign) -> String {
     format!(
         "quick run: {} flights, {} epochs instead of {EPOCHS}, angle figures as {} only; its figures are rough",
-        campaign.flights.len(),
+        campaign.runs.segments(),
         campaign.epochs,
         campaign.scenario.radar.tables[0],
     )
