@@ -32,6 +32,9 @@ pub struct Recipe {
     pub clip: f64,
     /// Weight of the divergence from the prior beside the mean loss of a step.
     pub kl_weight: f64,
+    /// Weight of the distance in standard deviations beside the negative log-likelihood. Where the
+    /// truth is not Gaussian the two disagree, and users judge by distance.
+    pub distance_weight: f64,
     /// Which weights are distributions.
     pub sampling: Sampling,
     /// Samples of a training flight.
@@ -54,6 +57,7 @@ impl Recipe {
         rate: 2e-3,
         clip: 1.0,
         kl_weight: 1e-6,
+        distance_weight: 2.0,
         sampling: Sampling::EveryLayer,
         samples: 150,
         sensor: Sensor::PAPER,

@@ -45,7 +45,7 @@ impl Score {
 
     fn sums(programs: &Programs, weights: &Weights, encounters: &[Encounter]) -> Self {
         let batches = Batch::groups(encounters);
-        let mut run = Unrolled::new(programs, batches.len(), WINDOW);
+        let mut run = Unrolled::new(programs, batches.len(), WINDOW, 0.0);
         run.begin(&batches);
         let mut sums = Self::default();
         let steps = batches.iter().map(Batch::steps).min().unwrap_or(0);

@@ -28,8 +28,9 @@ pub const ARRIVAL: usize = 2 + 2 * MEASUREMENT;
 
 /// Inputs of the filter program: carry, network outputs, arrival, true position.
 pub const FILTER_INPUTS: usize = CARRY + OUTPUTS + ARRIVAL + 3;
-/// Outputs of the filter program: carry, then the negative log-likelihood of the true position.
-pub const FILTER_OUTPUTS: usize = CARRY + 1;
+/// Outputs of the filter program: carry, negative log-likelihood of the true position, distance from
+/// it, and the root of the trace of the position's covariance.
+pub const FILTER_OUTPUTS: usize = CARRY + 3;
 /// Inputs of the feature program: carry, then the time step.
 pub const FEATURE_INPUTS: usize = CARRY + 1;
 
@@ -128,6 +129,16 @@ pub fn position_surprise<S: Scalar>(
     sum
 }
 
+/// Distance from a position, metres. It has a slope everywhere, also where it is zero.
+fn position_distance<S: Scalar>(state: &[S; STATE], truth: [S; 3]) -> S {
+    let mut square = S::constant(1e-12);
+    for axis in 0..3 {
+        let error = state[axis] - truth[axis];
+        square = square + error * error;
+    }
+    square.sqrt()
+}
+
 /// Records the step between the network and the next features.
 pub fn filter_program(base: &Base) -> Program {
     Program::record(FILTER_INPUTS, |inputs| {
@@ -141,13 +152,12 @@ pub fn filter_program(base: &Base) -> Program {
             sigmas: core::array::from_fn(|i| arrival[2 + MEASUREMENT + i]),
         };
         let next = advance(&Carry::unflatten(carry), outputs, &arrival, base);
-        let surprise = position_surprise(
-            &next.state,
-            &next.covariance,
-            [truth[0], truth[1], truth[2]],
-        );
+        let truth = [truth[0], truth[1], truth[2]];
+        let p = &next.covariance;
         let mut flat = next.flatten();
-        flat.push(surprise);
+        flat.push(position_surprise(&next.state, p, truth));
+        flat.push(position_distance(&next.state, truth));
+        flat.push((p[0][0] + p[1][1] + p[2][2]).sqrt());
         flat
     })
 }

@@ -184,7 +184,12 @@ impl<'f> Training<'f> {
         let mut shards: Vec<(Unrolled<'_>, &[Batch], Gradient)> = batches
             .chunks(shard_groups)
             .map(|part| {
-                let mut run = Unrolled::new(&self.programs, part.len(), self.recipe.window);
+                let mut run = Unrolled::new(
+                    &self.programs,
+                    part.len(),
+                    self.recipe.window,
+                    self.recipe.distance_weight,
+                );
                 run.begin(part);
                 (run, part, Gradient::zeros())
             })

@@ -43,6 +43,8 @@ pub struct Unrolled<'p> {
     passes: Vec<Pass>,
     /// The carry before every step of the window, per step and group; one more for the end.
     carries: Vec<Vec<Vec<Lanes>>>,
+    /// Weight of the distance, in its standard deviations, beside the negative log-likelihood.
+    distance_weight: f64,
     /// Weight of every step's loss in the gradient.
     seeds: Vec<Vec<Lanes>>,
     /// Lanes that were lost are scored no more.
@@ -51,7 +53,9 @@ pub struct Unrolled<'p> {
 
 impl<'p> Unrolled<'p> {
     /// Room for `groups` groups (an even number fills the kernels' blocks) and `window` steps.
-    pub fn new(programs: &'p Programs, groups: usize, window: usize) -> Self {
+    /// Gradients are those of the likelihood plus `distance_weight` times the distance over its
+    /// standard deviation, the latter taken as a fixed number.
+    pub fn new(programs: &'p Programs, groups: usize, window: usize, distance_weight: f64) -> Self {
         Self {
             programs,
             tier: Tier::detect(),
@@ -59,6 +63,7 @@ impl<'p> Unrolled<'p> {
             filter_workspace: programs.filter.workspace(),
             passes: (0..window).map(|_| Pass::new(groups * LANES)).collect(),
             carries: vec![vec![vec![ZERO; CARRY]; groups]; window + 1],
+            distance_weight,
             seeds: vec![vec![ZERO; groups]; window],
             alive: vec![[1.0; LANES]; groups],
         }
@@ -130,7 +135,8 @@ impl<'p> Unrolled<'p> {
         self.carries.swap(0, length);
     }
 
-    /// Adds the gradient of the last window's summed loss, times `scale`, to `gradient`.
+    /// Adds the gradient of the last window's summed loss, and of its distances, times `scale`, to
+    /// `gradient`.
     pub fn backward(
         &mut self,
         weights: &Weights,
@@ -156,6 +162,14 @@ impl<'p> Unrolled<'p> {
                     .forward(&mut self.filter_workspace, &inputs, &mut outputs);
                 seeds[..CARRY].copy_from_slice(&carry_adjoints[group]);
                 seeds[CARRY] = self.seeds[at][group].map(|seed| seed * scale);
+                for lane in 0..LANES {
+                    let by_distance = self.distance_weight / outputs[CARRY + 2][lane];
+                    seeds[CARRY + 1][lane] = if seeds[CARRY][lane] > 0.0 {
+                        seeds[CARRY][lane] * by_distance
+                    } else {
+                        0.0
+                    };
+                }
                 self.programs.filter.backward(
                     &mut self.filter_workspace,
                     &seeds,

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::generator::{GeneratorSettings, generate};
+use crate::recursive::carry::Carry;
 use crate::recursive::features::Normalisation;
 use crate::recursive::network::Network;
 use crate::recursive::network_shape::{LAYERS, PARAMETERS};
@@ -41,7 +42,7 @@ fn the_gradient_of_a_window_is_the_slope_of_its_loss() {
     let (batches, network, tier) = (batches(), network(), Tier::detect());
     let loss = |network: &Network, gradient: Option<&mut Gradient>| {
         let weights = network.weights(tier, Sampling::Nothing);
-        let mut run = Unrolled::new(&programs, batches.len(), STEPS);
+        let mut run = Unrolled::new(&programs, batches.len(), STEPS, 0.0);
         run.begin(&batches);
         let loss = run.forward(&weights, &batches, 0..STEPS, 0);
         assert_eq!(loss.lost, 0);
@@ -74,15 +75,81 @@ fn the_gradient_of_a_window_is_the_slope_of_its_loss() {
     }
 }
 
+/// Every step's position error and the root of its covariance's trace, metres, and whether it
+/// teaches.
+fn errors(run: &Unrolled<'_>, batches: &[Batch]) -> Vec<(f64, f64, bool)> {
+    let mut errors = Vec::new();
+    for (group, batch) in batches.iter().enumerate() {
+        for at in 0..STEPS {
+            for lane in 0..LANES {
+                let flat: Vec<f64> = run.carry(at + 1, group).iter().map(|n| n[lane]).collect();
+                let carry = Carry::unflatten(&flat);
+                let axes = 0..3;
+                let error = axes
+                    .clone()
+                    .map(|axis| (carry.state[axis] - batch.truths_m[at][axis][lane]).powi(2));
+                let variance = axes.map(|axis| carry.covariance[axis][axis]);
+                errors.push((
+                    error.sum::<f64>().sqrt(),
+                    variance.sum::<f64>().sqrt(),
+                    run.seeds[at][group][lane] > 0.0,
+                ));
+            }
+        }
+    }
+    errors
+}
+
+/// What the distance adds to the gradient is the slope of the distances over standard deviations
+/// that stay what they were.
+#[test]
+fn the_distance_teaches_beside_the_likelihood() {
+    let programs = Programs::new(&Base::DRONE, &Normalisation::IDENTITY);
+    let (batches, network, tier) = (batches(), network(), Tier::detect());
+    let run = |network: &Network, distance_weight: f64| {
+        let weights = network.weights(tier, Sampling::Nothing);
+        let mut run = Unrolled::new(&programs, batches.len(), STEPS, distance_weight);
+        run.begin(&batches);
+        run.forward(&weights, &batches, 0..STEPS, 0);
+        let mut gradient = Gradient::zeros();
+        run.backward(&weights, &batches, 0..STEPS, 1.0, &mut gradient);
+        (errors(&run, &batches), gradient.by_mean().to_vec())
+    };
+    let (before, plain) = run(&network, 0.0);
+    let (_, both) = run(&network, 100.0);
+    let added: Vec<f64> = both
+        .iter()
+        .zip(&plain)
+        .map(|(b, p)| f64::from(b - p) / 100.0)
+        .collect();
+    let norm = added.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let h = 2e-4;
+    let moved = |sign: f64| -> f64 {
+        let mut moved = network.clone();
+        for i in 0..PARAMETERS {
+            moved.means[i] += (sign * h * added[i] / norm) as f32;
+        }
+        let after = run(&moved, 0.0).0;
+        after
+            .iter()
+            .zip(&before)
+            .filter(|(_, (_, _, teaches))| *teaches)
+            .map(|((e, ..), (_, sigma, _))| e / sigma)
+            .sum()
+    };
+    let slope = (moved(1.0) - moved(-1.0)) / (2.0 * h);
+    assert!((slope / norm - 1.0).abs() < 0.02, "{slope} {norm}");
+}
+
 #[test]
 fn two_windows_are_one() {
     let programs = Programs::new(&Base::DRONE, &Normalisation::IDENTITY);
     let (batches, tier) = (batches(), Tier::detect());
     let weights = network().weights(tier, Sampling::Nothing);
-    let mut whole = Unrolled::new(&programs, batches.len(), STEPS);
+    let mut whole = Unrolled::new(&programs, batches.len(), STEPS, 0.0);
     whole.begin(&batches);
     let once = whole.forward(&weights, &batches, 0..STEPS, 0);
-    let mut parts = Unrolled::new(&programs, batches.len(), STEPS);
+    let mut parts = Unrolled::new(&programs, batches.len(), STEPS, 0.0);
     parts.begin(&batches);
     let first = parts.forward(&weights, &batches, 0..10, 0);
     parts.roll(10);
@@ -99,7 +166,7 @@ fn a_lost_flight_starts_anew_and_is_scored_no_more() {
     batches[1].arrivals[3][1][2] = 1.0;
     batches[1].arrivals[3][4][2] = f64::NAN;
     let weights = network().weights(tier, Sampling::Nothing);
-    let mut run = Unrolled::new(&programs, batches.len(), STEPS);
+    let mut run = Unrolled::new(&programs, batches.len(), STEPS, 0.0);
     run.begin(&batches);
     let loss = run.forward(&weights, &batches, 0..10, 0);
     assert_eq!(loss.lost, 1);
