@@ -6,7 +6,7 @@ use super::cholesky::{cholesky, forward_substitute};
 use super::encounter::Encounter;
 use super::lanes::LANES;
 use super::step_programs::Programs;
-use super::unrolled::Unrolled;
+use super::unrolled::{LOSS_LIMIT, Unrolled};
 use super::weights::Weights;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -25,7 +25,8 @@ pub struct Score {
     pub nees: f64,
     /// Share of steps whose error lies within the 90% ellipsoid.
     pub coverage90: f64,
-    /// Mean negative log-likelihood of the true position, nats.
+    /// Mean negative log-likelihood of the true position, nats; a step counts at most
+    /// [`LOSS_LIMIT`].
     pub surprise: f64,
     /// Steps.
     pub steps: f64,
@@ -53,7 +54,6 @@ impl Score {
         while from < steps {
             let to = steps.min(from + WINDOW);
             let loss = run.forward(weights, &batches, from..to, from as u64);
-            sums.surprise += loss.sum;
             sums.lost += loss.lost;
             for step in from..to {
                 for (group, batch) in batches.iter().enumerate() {
@@ -80,8 +80,16 @@ impl Score {
 
     /// Adds one step to sums: the error and the covariance of an estimated position.
     pub(super) fn add(&mut self, error_m: [f64; 3], covariance_m2: &[[f64; 3]; 3]) {
-        let whitened = forward_substitute(&cholesky(covariance_m2), error_m);
+        let factor = cholesky(covariance_m2);
+        let whitened = forward_substitute(&factor, error_m);
         let nees: f64 = whitened.iter().map(|w| w * w).sum();
+        let ln_root: f64 = (0..3).map(|axis| factor[axis][axis].ln()).sum();
+        let surprise = 1.5 * core::f64::consts::TAU.ln() + 0.5 * nees + ln_root;
+        self.surprise += if surprise < LOSS_LIMIT {
+            surprise
+        } else {
+            LOSS_LIMIT
+        };
         self.distance_m += error_m.iter().map(|e| e * e).sum::<f64>().sqrt();
         self.nees += nees;
         self.coverage90 += f64::from(u8::from(nees < CHI2_90));

@@ -174,6 +174,8 @@ mod tests {
             assert_eq!((score.lost, tracked.restarted), (0, 0));
             assert!((score.distance_m / expected.distance_m - 1.0).abs() < 0.01);
             assert!((score.nees - expected.nees).abs() < 0.1);
+            assert!((score.surprise - expected.surprise).abs() < 0.02);
+            assert!(expected.surprise != 0.0);
         }
     }
 }
