@@ -238,7 +238,7 @@ fn runs_measure_every_flight_again() {
     assert_eq!(results["provenance"]["flights"], 2);
     assert_eq!(results["provenance"]["runs"], 3);
     for comparison in results["comparisons"].as_array().unwrap() {
-        assert_eq!(comparison["ed_m"]["flights"], 2, "{comparison}");
+        assert_eq!(comparison["flights"], 2, "{comparison}");
     }
     let page = std::fs::read_to_string(out.join("report.html")).unwrap();
     assert!(page.contains("2 flights from 2 recordings, each 3 times"));
