@@ -4,7 +4,6 @@ mod cross_validated;
 mod data;
 mod recorded;
 
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use bnkf_model_export::atomic_file::AtomicWriteError;
@@ -78,8 +77,8 @@ pub struct Args {
     pub scenario: PathBuf,
     /// How often a cross-validation measures every flight, and places it if --place is given; the
     /// first time is what trains and tunes, and intervals draw all runs of a flight together
-    #[arg(long, value_name = "N", requires = "cross-validation", default_value_t = NonZeroUsize::MIN)]
-    pub runs: NonZeroUsize,
+    #[arg(long, value_name = "N", requires = "cross-validation", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    pub runs: u16,
     /// Training epochs of a cross-validation [default: 200, with --quick 30]
     #[arg(long, value_name = "N", requires = "cross-validation")]
     pub epochs: Option<u32>,

@@ -41,6 +41,18 @@ pub struct RecursiveArgs {
     /// Which layers' weights are distributions; the others' are numbers
     #[arg(long, value_enum, default_value_t = Sampling::EveryLayer)]
     sampling: Sampling,
+    /// Weight of the distance, in standard deviations, beside the likelihood; 0 trains by likelihood
+    /// alone
+    #[arg(long, value_name = "WEIGHT", default_value_t = Recipe::DEFAULT.distance_weight, value_parser = weight)]
+    distance_weight: f64,
+}
+
+fn weight(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(weight) if weight.is_finite() && weight >= 0.0 => Ok(weight),
+        Ok(_) => Err("a weight is finite and not negative".to_owned()),
+        Err(error) => Err(error.to_string()),
+    }
 }
 
 /// Runs the command.
@@ -53,6 +65,7 @@ pub fn train(run: &Run<'_>, args: &RecursiveArgs) -> Result<Outcome, TrainError>
         seed: run.seed,
         episodes: args.episodes.unwrap_or(default.episodes),
         sampling: args.sampling,
+        distance_weight: args.distance_weight,
         ..default
     };
     let named = flights(run, args.scenario)?;

@@ -354,6 +354,7 @@ mod tests {
         // The first lies in two intervals.
         assert!((parts[3] - 0.5).abs() < 1e-12 && (parts[4] - 0.3).abs() < 1e-12);
         let whole: f64 = parts.iter().sum();
+        // Two pauses more or less: periods vary by 3 %, two of them in a sum of forty.
         assert!((whole - 0.8 * 40.0).abs() < 1.7, "{whole}");
     }
 }

@@ -28,8 +28,13 @@ pub const ARRIVAL: usize = 2 + 2 * MEASUREMENT;
 
 /// Inputs of the filter program: carry, network outputs, arrival, true position.
 pub const FILTER_INPUTS: usize = CARRY + OUTPUTS + ARRIVAL + 3;
-/// Outputs of the filter program: carry, negative log-likelihood of the true position, distance from
-/// it, and the root of the trace of the position's covariance.
+/// After the carry, the filter program's outputs: negative log-likelihood of the true position,
+pub const SURPRISE: usize = CARRY;
+/// distance from it,
+pub const DISTANCE: usize = CARRY + 1;
+/// and root of the trace of the position's covariance.
+pub const DEVIATION: usize = CARRY + 2;
+/// Outputs of the filter program.
 pub const FILTER_OUTPUTS: usize = CARRY + 3;
 /// Inputs of the feature program: carry, then the time step.
 pub const FEATURE_INPUTS: usize = CARRY + 1;

@@ -11,7 +11,9 @@ use super::network_shape::OUTPUT_COLUMNS;
 use super::pass::Pass;
 use super::program::Workspace;
 use super::schedule::OUTPUTS;
-use super::step::{ARRIVAL, FEATURE_INPUTS, FILTER_INPUTS, FILTER_OUTPUTS};
+use super::step::{
+    ARRIVAL, DEVIATION, DISTANCE, FEATURE_INPUTS, FILTER_INPUTS, FILTER_OUTPUTS, SURPRISE,
+};
 use super::step_programs::Programs;
 use super::weights::Weights;
 use crate::kernel::Tier;
@@ -117,7 +119,7 @@ impl<'p> Unrolled<'p> {
                 self.carries[at + 1][group].copy_from_slice(&outputs[..CARRY]);
                 for lane in 0..LANES {
                     let weight = batch.weights[step][lane] * self.alive[group][lane];
-                    let surprise = outputs[CARRY][lane];
+                    let surprise = outputs[SURPRISE][lane];
                     let taught = surprise < LOSS_LIMIT;
                     if weight > 0.0 {
                         loss.sum += if taught { surprise } else { LOSS_LIMIT };
@@ -161,11 +163,12 @@ impl<'p> Unrolled<'p> {
                     .filter
                     .forward(&mut self.filter_workspace, &inputs, &mut outputs);
                 seeds[..CARRY].copy_from_slice(&carry_adjoints[group]);
-                seeds[CARRY] = self.seeds[at][group].map(|seed| seed * scale);
+                seeds[SURPRISE] = self.seeds[at][group].map(|seed| seed * scale);
                 for lane in 0..LANES {
-                    let by_distance = self.distance_weight / outputs[CARRY + 2][lane];
-                    seeds[CARRY + 1][lane] = if seeds[CARRY][lane] > 0.0 {
-                        seeds[CARRY][lane] * by_distance
+                    // A lost lane's deviation may be no number.
+                    let by_distance = self.distance_weight / outputs[DEVIATION][lane];
+                    seeds[DISTANCE][lane] = if seeds[SURPRISE][lane] > 0.0 {
+                        seeds[SURPRISE][lane] * by_distance
                     } else {
                         0.0
                     };
@@ -282,7 +285,7 @@ impl<'p> Unrolled<'p> {
             for (number, start) in outputs.iter_mut().zip(&batch.start) {
                 number[lane] = start[lane];
             }
-            outputs[CARRY][lane] = LOSS_LIMIT;
+            outputs[SURPRISE][lane] = LOSS_LIMIT;
             self.alive[group][lane] = 0.0;
             lost += 1;
         }

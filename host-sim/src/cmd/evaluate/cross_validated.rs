@@ -156,7 +156,7 @@ fn provenance(
         data,
         data_sha256: sha256,
         flights: campaign.runs.segments(),
-        runs: args.runs.get(),
+        runs: usize::from(args.runs),
         recordings: recordings.len(),
         unplaced,
         folds: campaign.folds.count,

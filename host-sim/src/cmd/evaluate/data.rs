@@ -34,7 +34,7 @@ impl Data {
 
     fn recorded(path: &Path, args: &Args, scenario: &Scenario) -> Result<Self, FlightSetError> {
         let (mut runs, mut sha256, mut unplaced) = (Vec::new(), String::new(), Vec::new());
-        for run in 0..args.runs.get() as u64 {
+        for run in 0..u64::from(args.runs) {
             let preparation = Preparation {
                 segment_s: args.segment_s,
                 volume: args.place.then_some(scenario.volume),
@@ -48,8 +48,11 @@ impl Data {
             runs.push(set.segments);
             sha256 = set.sha256;
             for reason in set.unplaced {
-                if !unplaced.contains(&reason) {
+                // What never fits is said once.
+                if run == 0 {
                     unplaced.push(reason);
+                } else if !unplaced.contains(&reason) {
+                    unplaced.push(format!("run {}: {reason}", run + 1));
                 }
             }
         }
@@ -83,7 +86,7 @@ impl Data {
             .map(|flight| flight.seen_from(args.radar.0))
             .collect();
         Ok(Self {
-            runs: Runs::new(vec![segments; args.runs.get()]),
+            runs: Runs::new(vec![segments; usize::from(args.runs)]),
             source: format!("built-in generator, seed {}", args.seed),
             sha256,
             unplaced: Vec::new(),
