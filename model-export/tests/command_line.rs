@@ -173,7 +173,7 @@ fn wrong_inputs_are_named_in_one_line() {
     std::fs::create_dir(folder.join("empty")).unwrap();
     std::fs::write(folder.join("no.bnkf"), "not a blob").unwrap();
     std::fs::write(folder.join("torn.bnkf.checkpoint"), "BNKFrun1 torn").unwrap();
-    let cases: [(&[&str], &str); 15] = [
+    let cases: [(&[&str], &str); 16] = [
         (
             &["train", "--flights", "flights", "--out", "m.bnkf"],
             "bad.csv:3: ",
@@ -265,6 +265,18 @@ fn wrong_inputs_are_named_in_one_line() {
                 "0.5",
             ],
             "--grid-rate does not apply to --kind recursive",
+        ),
+        (
+            &[
+                "train",
+                "--builtin",
+                "3",
+                "--out",
+                "m.bnkf",
+                "--episodes",
+                "3",
+            ],
+            "--episodes does not apply to --kind memoryless",
         ),
         (&["inspect", "no.bnkf"], "no.bnkf: blob is truncated"),
         (&["verify", "none.bnkf"], "none.bnkf: cannot read"),

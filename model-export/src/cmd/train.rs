@@ -121,9 +121,9 @@ pub enum TrainError {
     /// Training failed.
     #[error(transparent)]
     Diverged(#[from] DivergedError),
-    /// An option that means nothing to the recursive kind.
-    #[error("{0} does not apply to --kind recursive")]
-    NotRecursive(&'static str),
+    /// An option that means nothing to the kind.
+    #[error("{0} does not apply to --kind {1}")]
+    OtherKind(&'static str, &'static str),
     /// The recursive training cannot start.
     #[error(transparent)]
     Recursive(#[from] TrainingError),
@@ -190,9 +190,12 @@ pub fn run(args: &Args) -> Result<Outcome, TrainError> {
     };
     pool.map_err(|error| system(&error))?
         .install(|| match args.kind {
-            Kind::Memoryless => train_memoryless::train(&run, &args.memoryless),
+            Kind::Memoryless => match args.recursive.first_given() {
+                Some(option) => Err(TrainError::OtherKind(option, "memoryless")),
+                None => train_memoryless::train(&run, &args.memoryless),
+            },
             Kind::Recursive => match args.memoryless.first_given() {
-                Some(option) => Err(TrainError::NotRecursive(option)),
+                Some(option) => Err(TrainError::OtherKind(option, "recursive")),
                 None => train_recursive::train(&run, &args.recursive),
             },
         })

@@ -47,6 +47,23 @@ pub struct RecursiveArgs {
     distance_weight: f64,
 }
 
+impl RecursiveArgs {
+    /// The first option that is not at its default: the memoryless kind has none of them.
+    pub fn first_given(&self) -> Option<&'static str> {
+        [
+            ("--scenario", self.scenario != Scenario::Paper),
+            ("--episodes", self.episodes.is_some()),
+            ("--sampling", self.sampling != Sampling::EveryLayer),
+            (
+                "--distance-weight",
+                self.distance_weight != Recipe::DEFAULT.distance_weight,
+            ),
+        ]
+        .into_iter()
+        .find_map(|(option, given)| given.then_some(option))
+    }
+}
+
 fn weight(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(weight) if weight.is_finite() && weight >= 0.0 => Ok(weight),
