@@ -1,15 +1,12 @@
-//! The correction step of the extended Kalman filter, in Joseph form.
+//! The correction step of the extended Kalman filter.
 //!
 //! Two readings of one measurement: the paper's linear correction with the converted position
 //! (Eq. 12-13 with H = I), and the native polar one, where range-rate joins if the state has a
 //! velocity. Joseph form and symmetrising keep the covariance symmetric and positive
 //! semi-definite; what cannot be corrected is refused, never repaired in silence.
 
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
-
-use crate::Measurement;
-use crate::kernel::sqrt;
-use crate::radar::{Converted, predict, wrap_angle};
+use crate::radar::{Converted, predict};
+use crate::scalar::Scalar;
 
 /// Why a correction was refused; the state is unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,25 +30,33 @@ impl core::error::Error for EkfError {}
 
 /// State and covariance after a correction of an `N`-dimensional state.
 #[derive(Clone, Copy, Debug)]
-pub struct Corrected<const N: usize> {
+pub struct Corrected<S, const N: usize> {
     /// Mean.
-    pub state: SVector<f32, N>,
+    pub state: [S; N],
     /// Covariance, symmetric.
-    pub covariance: SMatrix<f32, N, N>,
+    pub covariance: [[S; N]; N],
     /// Normalised innovation squared, `y' S^-1 y`.
-    pub nis: f32,
+    pub nis: S,
 }
 
-impl<const N: usize> Corrected<N> {
-    fn checked(self) -> Result<Self, EkfError> {
+impl<const N: usize> Corrected<f32, N> {
+    /// The correction, unless rounding or overflow spoiled it.
+    ///
+    /// # Errors
+    /// [`EkfError`]
+    pub fn checked(self) -> Result<Self, EkfError> {
         let finite = self.nis.is_finite()
             && self
                 .state
                 .iter()
-                .chain(self.covariance.iter())
+                .chain(self.covariance.as_flattened())
                 .all(|value| value.is_finite());
         if !finite {
             return Err(EkfError::NotFinite);
+        }
+        // Rounding may have eaten a variance that the noise made tiny.
+        if (0..N).any(|i| self.covariance[i][i] <= 0.0) {
+            return Err(EkfError::NotPositiveDefinite);
         }
         Ok(self)
     }
@@ -72,128 +77,128 @@ const AXIS_VARIANCE_MIN_PART: f32 = 1e-5;
 /// # Errors
 /// [`EkfError`]; the inputs are untouched.
 pub fn correct_position(
-    position: Vector3<f32>,
-    covariance: Matrix3<f32>,
+    position: [f32; 3],
+    covariance: [[f32; 3]; 3],
     measured: &Converted,
-) -> Result<Corrected<3>, EkfError> {
+) -> Result<Corrected<f32, 3>, EkfError> {
     let mut corrected = Corrected {
         state: position,
         covariance,
         nis: 0.0,
     };
     for (axis, sigma) in measured.axes.iter().zip(measured.sigmas_m) {
-        let own = axis.dot(&(corrected.covariance * axis)) * AXIS_VARIANCE_MIN_PART;
+        let axis: [f32; 3] = (*axis).into();
+        let own = dot(&axis, &times(&corrected.covariance, &axis)) * AXIS_VARIANCE_MIN_PART;
         let noise = (sigma * sigma).max(AXIS_VARIANCE_MIN_M2).max(own);
-        let innovation = axis.dot(&(measured.position - corrected.state));
-        correct_scalar(&mut corrected, axis, innovation, noise)?;
+        let away = core::array::from_fn(|i| measured.position[i] - corrected.state[i]);
+        correct_scalar(&mut corrected, &axis, dot(&axis, &away), noise);
     }
     corrected.checked()
 }
 
 /// Corrects a state that starts with position (m) and, if `N >= 6`, velocity (m/s), with the
-/// polar measurement itself: elevation, azimuth, range and, with a velocity, range-rate.
+/// polar measurement itself: elevation, azimuth, range and, with a velocity, range-rate, whose
+/// noise has these variances.
 ///
 /// The Jacobian is taken at the prior. Because the noise is independent per component, the four
-/// scalar corrections in turn equal the joint one.
-///
-/// # Errors
-/// [`EkfError`]; the inputs are untouched.
-pub fn correct_polar<const N: usize>(
-    state: &SVector<f32, N>,
-    covariance: &SMatrix<f32, N, N>,
-    measurement: &Measurement,
-) -> Result<Corrected<N>, EkfError> {
-    let s = &measurement.sigmas;
-    let variances =
-        [s.elevation_rad, s.azimuth_rad, s.range_m, s.range_rate_mps].map(|sigma| sigma * sigma);
-    correct_polar_with(state, covariance, measurement, variances).map(|(corrected, _)| corrected)
-}
-
-/// [`correct_polar`] with other variances of elevation, azimuth, range and range-rate than the
-/// stated ones; also returns the innovations whitened in turn, each over its standard deviation given the ones
-/// before, whose squares sum to the NIS.
-///
-/// # Errors
-/// [`EkfError`]; the inputs are untouched.
-pub fn correct_polar_with<const N: usize>(
-    state: &SVector<f32, N>,
-    covariance: &SMatrix<f32, N, N>,
-    measurement: &Measurement,
-    variances: [f32; 4],
-) -> Result<(Corrected<N>, [f32; 4]), EkfError> {
+/// scalar corrections in turn equal the joint one. Also returns the innovations whitened in turn,
+/// each over its standard deviation given the ones before, whose squares sum to the NIS. Nothing is
+/// checked: see [`Corrected::checked`].
+pub fn correct_polar<S: Scalar, const N: usize>(
+    state: &[S; N],
+    covariance: &[[S; N]; N],
+    measured: &[S; 4],
+    variances: &[S; 4],
+) -> (Corrected<S, N>, [S; 4]) {
     const {
         assert!(
             N == 3 || N >= 6,
             "a state is a position, or starts with position and velocity"
         )
     };
+    let zero = S::constant(0.0);
     let has_velocity = N >= 6;
-    let component = |i: usize| if i < N { state[i] } else { 0.0 };
-    let velocity = core::array::from_fn(|i| if has_velocity { component(3 + i) } else { 0.0 });
+    let velocity = core::array::from_fn(|i| if has_velocity { state[(3 + i) % N] } else { zero });
     let predicted = predict([state[0], state[1], state[2]], velocity);
-    let measured = [
-        measurement.elevation_rad,
-        measurement.azimuth_rad,
-        measurement.range_m,
-        measurement.range_rate_mps,
-    ];
     let mut corrected = Corrected {
         state: *state,
         covariance: *covariance,
-        nis: 0.0,
+        nis: zero,
     };
-    let mut whitened = [0.0; 4];
+    let mut whitened = [zero; 4];
     for row in 0..if has_velocity { 4 } else { 3 } {
-        let mut derivative = SVector::<f32, N>::zeros();
-        for axis in 0..3 {
-            derivative[axis] = predicted.by_position[row][axis];
-            if row == 3 {
+        let mut derivative = [zero; N];
+        derivative[..3].copy_from_slice(&predicted.by_position[row]);
+        if row == 3 {
+            for axis in 0..3 {
                 derivative[(3 + axis) % N] = predicted.by_velocity[axis];
             }
         }
         let mut innovation = measured[row] - predicted.measurement[row];
         if row < 2 {
-            innovation = wrap_angle(innovation);
+            innovation = innovation.wrap();
         }
-        innovation -= derivative.dot(&(corrected.state - state));
-        whitened[row] = correct_scalar(&mut corrected, &derivative, innovation, variances[row])?;
+        let moved = core::array::from_fn(|i| corrected.state[i] - state[i]);
+        innovation = innovation - dot(&derivative, &moved);
+        whitened[row] = correct_scalar(&mut corrected, &derivative, innovation, variances[row]);
     }
-    Ok((corrected.checked()?, whitened))
+    (corrected, whitened)
 }
 
-/// One scalar correction in Joseph form; returns the innovation over its standard deviation.
-fn correct_scalar<const N: usize>(
-    corrected: &mut Corrected<N>,
-    derivative: &SVector<f32, N>,
-    innovation: f32,
-    noise: f32,
-) -> Result<f32, EkfError> {
-    let cross = corrected.covariance * derivative;
-    let innovation_variance = derivative.dot(&cross) + noise;
-    if !innovation_variance.is_finite() || !innovation.is_finite() {
-        return Err(EkfError::NotFinite);
+/// One scalar correction in Joseph form; returns the innovation over its standard deviation, which
+/// is not a number where the innovation's variance is not positive.
+fn correct_scalar<S: Scalar, const N: usize>(
+    corrected: &mut Corrected<S, N>,
+    derivative: &[S; N],
+    innovation: S,
+    noise: S,
+) -> S {
+    let cross = times(&corrected.covariance, derivative);
+    let innovation_variance = dot(derivative, &cross) + noise;
+    let gain = cross.map(|cross| cross / innovation_variance);
+    for (value, gain) in corrected.state.iter_mut().zip(gain) {
+        *value = *value + gain * innovation;
     }
-    if innovation_variance <= 0.0 {
-        return Err(EkfError::NotPositiveDefinite);
-    }
-    let gain = cross / innovation_variance;
-    corrected.state += gain * innovation;
-    corrected.nis += innovation * innovation / innovation_variance;
+    corrected.nis = corrected.nis + innovation * innovation / innovation_variance;
     // (I - K h') P (I - K h')' + K r K', multiplied out for a symmetric P with g = P h:
     // P - K g' - g K' + K s K' on the upper triangle, then mirrored.
     for i in 0..N {
         for j in i..N {
-            let value = corrected.covariance[(i, j)] - gain[i] * cross[j] - cross[i] * gain[j]
+            let value = corrected.covariance[i][j] - gain[i] * cross[j] - cross[i] * gain[j]
                 + gain[i] * innovation_variance * gain[j];
-            corrected.covariance[(i, j)] = value;
-            corrected.covariance[(j, i)] = value;
-        }
-        // Rounding may have eaten a variance that the noise made tiny.
-        if corrected.covariance[(i, i)] <= 0.0 {
-            return Err(EkfError::NotPositiveDefinite);
+            corrected.covariance[i][j] = value;
+            corrected.covariance[j][i] = value;
         }
     }
-    Ok(innovation / sqrt(innovation_variance))
+    innovation / innovation_variance.sqrt()
+}
+
+/// A symmetric matrix times a vector.
+fn times<S: Scalar, const N: usize>(matrix: &[[S; N]; N], x: &[S; N]) -> [S; N] {
+    core::array::from_fn(|row| {
+        let mut sum = matrix[row][0] * x[0];
+        for k in 1..N {
+            sum = sum + matrix[row][k] * x[k];
+        }
+        sum
+    })
+}
+
+fn dot<S: Scalar, const N: usize>(a: &[S; N], b: &[S; N]) -> S {
+    let p = |k: usize| a[k] * b[k];
+    if N == 9 {
+        // What nalgebra did: lanes of eight.
+        let mut sum = p(0) + p(4 % N);
+        sum = sum + (p(1) + p(5 % N));
+        sum = sum + (p(2) + p(6 % N));
+        sum = sum + (p(3 % N) + p(7 % N));
+        return sum + p(8 % N);
+    }
+    let mut sum = p(0);
+    for k in 1..N {
+        sum = sum + p(k);
+    }
+    sum
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use libm::logf;
 
 use crate::Measurement;
 use crate::blob::FeatureLayout;
-use crate::radar::wrap_angle;
+use crate::scalar::Scalar;
 
 /// Most features of any layout.
 pub const FEATURES_MAX: usize = 13;
@@ -24,7 +24,7 @@ pub fn features(
     let (previous_azimuth, sigmas) = match layout {
         FeatureLayout::Polar12 => (previous.azimuth_rad, sigmas),
         FeatureLayout::Polar13 | FeatureLayout::Recursive64 => {
-            let difference = wrap_angle(previous.azimuth_rad - current.azimuth_rad);
+            let difference = Scalar::wrap(previous.azimuth_rad - current.azimuth_rad);
             (current.azimuth_rad + difference, sigmas.map(logf))
         }
     };

@@ -31,6 +31,7 @@ pub mod protocol;
 pub mod radar;
 pub mod recursive;
 pub mod rng;
+pub mod scalar;
 mod series;
 mod tracker;
 

@@ -89,7 +89,29 @@ impl core::fmt::Display for MeasurementError {
 
 impl core::error::Error for MeasurementError {}
 
+impl Sigmas {
+    /// In the order elevation, azimuth, range, range-rate.
+    pub fn in_order(&self) -> [f32; 4] {
+        [
+            self.elevation_rad,
+            self.azimuth_rad,
+            self.range_m,
+            self.range_rate_mps,
+        ]
+    }
+}
+
 impl Measurement {
+    /// In the order elevation, azimuth, range, range-rate.
+    pub fn in_order(&self) -> [f32; 4] {
+        [
+            self.elevation_rad,
+            self.azimuth_rad,
+            self.range_m,
+            self.range_rate_mps,
+        ]
+    }
+
     /// Checks that every value is finite and every standard deviation positive.
     ///
     /// # Errors

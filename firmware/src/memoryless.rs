@@ -84,13 +84,23 @@ impl<'a> Memoryless<'a> {
         let (position, covariance, nis) = match self.settings.correction {
             Correction::None => (position, covariance, 0.0),
             Correction::Converted => {
-                correct_position(position, covariance, &converted(measurement))
-                    .map(|c| (c.state, c.covariance, c.nis))
+                correct_position(position.into(), covariance.into(), &converted(measurement))
+                    .map(|c| (c.state.into(), c.covariance.into(), c.nis))
                     .map_err(StepError::Correction)?
             }
-            Correction::Polar => correct_polar(&position, &covariance, measurement)
-                .map(|c| (c.state, c.covariance, c.nis))
-                .map_err(StepError::Correction)?,
+            Correction::Polar => {
+                let variances = measurement.sigmas.in_order().map(|sigma| sigma * sigma);
+                correct_polar(
+                    &position.into(),
+                    &covariance.into(),
+                    &measurement.in_order(),
+                    &variances,
+                )
+                .0
+                .checked()
+                .map(|c| (c.state.into(), c.covariance.into(), c.nis))
+                .map_err(StepError::Correction)?
+            }
         };
         let fix = Fix {
             time_us: measurement.time_us,

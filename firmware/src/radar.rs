@@ -4,68 +4,46 @@
 //! the horizontal plane, range-rate positive outbound. Metres, radians, metres per second.
 //! Measurement order everywhere: elevation, azimuth, range, range-rate.
 
-use core::f32::consts::{PI, TAU};
-
-use libm::{atan2f, cosf, floorf, hypotf, sinf};
+use libm::{cosf, sinf};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::Measurement;
-use crate::kernel::sqrt;
+use crate::scalar::Scalar;
 
 /// Closest horizontal distance, m, at which the Jacobian is evaluated: nearer to the vertical the
 /// azimuth's derivative would overflow.
-const HORIZONTAL_MIN_M: f32 = 1e-3;
-
-/// `angle` moved by whole turns into [-pi, pi).
-pub fn wrap_angle(angle: f32) -> f32 {
-    if (-PI..PI).contains(&angle) {
-        return angle;
-    }
-    let wrapped = angle - TAU * floorf((angle + PI) / TAU);
-    // Rounding can leave the result just outside.
-    if wrapped >= PI {
-        wrapped - TAU
-    } else if wrapped < -PI {
-        -PI
-    } else {
-        wrapped
-    }
-}
+const HORIZONTAL_MIN_M: f64 = 1e-3;
 
 /// What a noiseless radar would measure, with its derivatives.
 #[derive(Clone, Copy, Debug)]
-pub struct Prediction {
+pub struct Prediction<S> {
     /// Elevation, azimuth, range, range-rate.
-    pub measurement: [f32; 4],
+    pub measurement: [S; 4],
     /// Derivatives of each by position (x, y, z).
-    pub by_position: [[f32; 3]; 4],
+    pub by_position: [[S; 3]; 4],
     /// Derivative of range-rate by velocity: the line-of-sight unit vector. The other three do not
     /// depend on velocity.
-    pub by_velocity: [f32; 3],
+    pub by_velocity: [S; 3],
 }
 
 /// The measurement function h and its Jacobian at a position (m) and velocity (m/s).
-pub fn predict(position: [f32; 3], velocity: [f32; 3]) -> Prediction {
+pub fn predict<S: Scalar>(position: [S; 3], velocity: [S; 3]) -> Prediction<S> {
     let [x, y, z] = position;
-    let horizontal = hypotf(x, y);
-    let bounded = if horizontal > HORIZONTAL_MIN_M {
-        horizontal
-    } else {
-        HORIZONTAL_MIN_M
-    };
-    let range = sqrt(bounded * bounded + z * z);
+    let horizontal = x.hypot(y);
+    let bounded = horizontal.max(S::constant(HORIZONTAL_MIN_M));
+    let range = (bounded * bounded + z * z).sqrt();
     let unit = [x / range, y / range, z / range];
     let range_rate = unit[0] * velocity[0] + unit[1] * velocity[1] + unit[2] * velocity[2];
     let range_squared = range * range;
     Prediction {
-        measurement: [atan2f(z, horizontal), atan2f(y, x), range, range_rate],
+        measurement: [z.atan2(horizontal), y.atan2(x), range, range_rate],
         by_position: [
             [
                 -x * z / (range_squared * bounded),
                 -y * z / (range_squared * bounded),
                 bounded / range_squared,
             ],
-            [-y / (bounded * bounded), x / (bounded * bounded), 0.0],
+            [-y / (bounded * bounded), x / (bounded * bounded), S::constant(0.0)],
             unit,
             core::array::from_fn(|i| (velocity[i] - range_rate * unit[i]) / range),
         ],
@@ -75,12 +53,12 @@ pub fn predict(position: [f32; 3], velocity: [f32; 3]) -> Prediction {
 
 /// Position of a target at `range` (m), `elevation` and `azimuth` (rad). A negative range, which
 /// noise can produce, gives the point opposite.
-pub fn position(range: f32, elevation: f32, azimuth: f32) -> [f32; 3] {
-    let horizontal = range * cosf(elevation);
+pub fn position<S: Scalar>(range: S, elevation: S, azimuth: S) -> [S; 3] {
+    let horizontal = range * elevation.cos();
     [
-        horizontal * cosf(azimuth),
-        horizontal * sinf(azimuth),
-        range * sinf(elevation),
+        horizontal * azimuth.cos(),
+        horizontal * azimuth.sin(),
+        range * elevation.sin(),
     ]
 }
 

@@ -5,19 +5,15 @@
 //! step with the polar measurement itself. The model stays linear-Gaussian, so the covariance
 //! means the same in gaps as elsewhere.
 
-mod curvature;
-mod features;
-mod memory;
-mod motion;
-mod population;
-mod schedule;
-mod sight;
-mod start;
+pub mod curvature;
+pub mod features;
+pub mod memory;
+pub mod motion;
+pub mod population;
+pub mod schedule;
+pub mod sight;
+pub mod start;
 mod tracker;
 
-pub use features::{FEATURE_LIMIT, FEATURES};
-pub use memory::NOTES;
-pub use population::{Base, Population};
-pub use schedule::{JERK_OUTPUT, JERK_SCALE, SCHEDULE};
 pub(crate) use tracker::Recursive;
 pub use tracker::{GATE_NIS, REJECTIONS_MAX};

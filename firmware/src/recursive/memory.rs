@@ -1,99 +1,170 @@
 //! What the recursive tracker remembers beside its state: statistics that the network reads.
 
-use libm::{expm1f, logf, tanhf};
-
-use crate::Sigmas;
+use crate::scalar::Scalar;
 
 /// Running means of the velocity.
 pub const MEANS: usize = 4;
 /// Numbers that the network writes for itself to read at the next step.
 pub const NOTES: usize = 9;
 /// Time constants of the running means of the velocity, s.
-pub const MEAN_TIMES_S: [f32; MEANS] = [0.25, 0.7, 2.0, 6.0];
+pub const MEAN_TIMES_S: [f64; MEANS] = [0.25, 0.7, 2.0, 6.0];
 /// Time constants of the network's own notes, s.
-const NOTE_TIMES_S: [f32; NOTES] = [0.1, 0.15, 0.25, 0.4, 0.7, 1.1, 1.8, 3.0, 5.0];
+pub const NOTE_TIMES_S: [f64; NOTES] = [0.1, 0.15, 0.25, 0.4, 0.7, 1.1, 1.8, 3.0, 5.0];
 
 /// Statistics of the flight so far.
 #[derive(Clone, Copy, Debug)]
-pub struct Memory {
+pub struct Memory<S> {
     /// Last innovation (elevation, azimuth, range, range-rate) whitened in turn, each over the
     /// standard deviation given the ones before; fades while nothing is measured.
-    pub innovation: [f32; 4],
+    pub innovation: [S; 4],
     /// Running mean of `innovation` over measurements.
-    pub drift: [f32; 4],
+    pub drift: [S; 4],
     /// Running mean over measurements of the squares of `innovation`; one is honest.
-    pub squares: [f32; 4],
+    pub squares: [S; 4],
     /// Natural logarithms of the last measurement's sigmas: elevation, azimuth, range, range-rate.
-    pub ln_sigmas: [f32; 4],
+    pub ln_sigmas: [S; 4],
     /// Time since the last measurement that was used, s.
-    pub coast_s: f32,
+    pub coast_s: S,
     /// Time since the first measurement, s.
-    pub age_s: f32,
+    pub age_s: S,
     /// Running means of the velocity with the times [`MEAN_TIMES_S`], m/s.
-    pub velocity_means: [[f32; 3]; MEANS],
+    pub velocity_means: [[S; 3]; MEANS],
     /// Running means of the network's notes.
-    pub notes: [f32; NOTES],
+    pub notes: [S; NOTES],
 }
 
-/// Natural logarithms of the sigmas in the order elevation, azimuth, range, range-rate.
-pub fn ln_sigmas(sigmas: &Sigmas) -> [f32; 4] {
-    [
-        sigmas.elevation_rad,
-        sigmas.azimuth_rad,
-        sigmas.range_m,
-        sigmas.range_rate_mps,
-    ]
-    .map(logf)
-}
-
-impl Memory {
-    /// The memory after the first measurement.
-    pub fn start(sigmas: &Sigmas, velocity: [f32; 3]) -> Self {
+impl<S: Scalar> Memory<S> {
+    /// The memory after the first measurement; `sigmas` in the order elevation, azimuth, range,
+    /// range-rate.
+    pub fn start(sigmas: [S; 4], velocity: [S; 3]) -> Self {
+        let zero = S::constant(0.0);
         Self {
-            innovation: [0.0; 4],
-            drift: [0.0; 4],
-            squares: [1.0; 4],
-            ln_sigmas: ln_sigmas(sigmas),
-            coast_s: 0.0,
-            age_s: 0.0,
+            innovation: [zero; 4],
+            drift: [zero; 4],
+            squares: [S::constant(1.0); 4],
+            ln_sigmas: sigmas.map(S::ln),
+            coast_s: zero,
+            age_s: zero,
             velocity_means: [velocity; MEANS],
-            notes: [0.0; NOTES],
+            notes: [zero; NOTES],
         }
     }
 
     /// Takes in a measurement: its whitened innovation and the sensor's sigmas.
-    pub fn measured(&mut self, whitened: [f32; 4], sigmas: &Sigmas) {
+    pub fn measured(&mut self, whitened: [S; 4], sigmas: [S; 4]) {
+        let c = S::constant;
         self.innovation = whitened;
         for ((drift, square), y) in self.drift.iter_mut().zip(&mut self.squares).zip(whitened) {
-            *drift += 0.15 * (y.clamp(-5.0, 5.0) - *drift);
-            *square += 0.1 * ((y * y).clamp(0.0, 25.0) - *square);
+            *drift = *drift + c(0.15) * (y.clamp(-5.0, 5.0) - *drift);
+            *square = *square + c(0.1) * ((y * y).min(c(25.0)) - *square);
         }
-        self.ln_sigmas = ln_sigmas(sigmas);
+        self.ln_sigmas = sigmas.map(S::ln);
     }
 
     /// Takes in a step without a measurement.
     pub fn missed(&mut self) {
         for y in &mut self.innovation {
-            *y *= 0.8;
+            *y = *y * S::constant(0.8);
         }
     }
 
-    /// Takes in what every step has: the time, whether a measurement was used, the velocity after
-    /// it, the network's notes.
-    pub fn stepped(&mut self, dt_s: f32, used: bool, velocity: [f32; 3], notes: &[f32]) {
-        self.coast_s = if used { 0.0 } else { self.coast_s + dt_s };
-        self.age_s += dt_s;
+    /// Takes in what every step has: the time, whether a measurement was used (one or zero), the
+    /// velocity after it, the network's outputs for the notes.
+    pub fn stepped(&mut self, dt_s: S, used: S, velocity: [S; 3], notes: &[S]) {
+        self.coast_s = (S::constant(1.0) - used) * (self.coast_s + dt_s);
+        self.age_s = self.age_s + dt_s;
         for (mean, time_s) in self.velocity_means.iter_mut().zip(MEAN_TIMES_S) {
             // A plain mean until the flight is older than the time constant.
-            let fading = -expm1f(-dt_s / time_s);
-            let plain = dt_s / self.age_s;
-            let weight = if fading > plain { fading } else { plain };
+            let weight = fading(dt_s, time_s).max(dt_s / self.age_s);
             for (mean, velocity) in mean.iter_mut().zip(velocity) {
-                *mean += weight * (velocity - *mean);
+                *mean = *mean + weight * (velocity - *mean);
             }
         }
+        self.noted(dt_s, notes);
+    }
+
+    /// Takes in the network's outputs for the notes alone.
+    pub fn noted(&mut self, dt_s: S, notes: &[S]) {
         for ((kept, &note), time_s) in self.notes.iter_mut().zip(notes).zip(NOTE_TIMES_S) {
-            *kept += -expm1f(-dt_s / time_s) * (tanhf(note) - *kept);
+            *kept = *kept + fading(dt_s, time_s) * (note.tanh() - *kept);
+        }
+    }
+}
+
+/// Weight of the newest value in a running mean with a time constant.
+fn fading<S: Scalar>(dt_s: S, time_s: f64) -> S {
+    -((-dt_s / S::constant(time_s)).exp_m1())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIGMAS: [f64; 4] = [0.01, 0.02, 3.0, 0.5];
+
+    #[test]
+    fn the_start_remembers_the_sensor_and_the_velocity() {
+        let memory = Memory::start(SIGMAS, [1.0, -2.0, 3.0]);
+        for (got, sigma) in memory.ln_sigmas.into_iter().zip(SIGMAS) {
+            assert!((got - sigma.ln()).abs() < 1e-15);
+        }
+        assert_eq!(memory.velocity_means, [[1.0, -2.0, 3.0]; MEANS]);
+        assert_eq!((memory.innovation, memory.drift), ([0.0; 4], [0.0; 4]));
+        assert_eq!((memory.squares, memory.notes), ([1.0; 4], [0.0; NOTES]));
+        assert_eq!((memory.coast_s, memory.age_s), (0.0, 0.0));
+    }
+
+    #[test]
+    fn innovations_are_averaged_and_bounded() {
+        let mut memory = Memory::start(SIGMAS, [0.0; 3]);
+        memory.measured([2.0, -8.0, 0.0, 1.0], [0.1; 4]);
+        assert_eq!(memory.innovation, [2.0, -8.0, 0.0, 1.0]);
+        for (got, expected) in memory.drift.into_iter().zip([0.3, -0.75, 0.0, 0.15]) {
+            assert!((got - expected).abs() < 1e-15);
+        }
+        for (got, expected) in memory.squares.into_iter().zip([1.3, 3.4, 0.9, 1.0]) {
+            assert!((got - expected).abs() < 1e-15);
+        }
+        assert!((memory.ln_sigmas[2] - 0.1_f64.ln()).abs() < 1e-15);
+        memory.missed();
+        assert!((memory.innovation[1] + 6.4).abs() < 1e-15);
+        assert!((memory.drift[0] - 0.3).abs() < 1e-15);
+    }
+
+    #[test]
+    fn means_are_plain_at_first_and_fade_later() {
+        let mut memory = Memory::start(SIGMAS, [0.0; 3]);
+        // Four velocities: the slow means are plain averages of them, the start left out.
+        for velocity in [1.0, 3.0, 5.0, 7.0] {
+            memory.stepped(0.1, 1.0, [velocity, 0.0, 0.0], &[]);
+        }
+        assert!((memory.velocity_means[3][0] - 4.0).abs() < 1e-12);
+        assert!(memory.velocity_means[0][0] > 4.5);
+        assert!((memory.age_s - 0.4).abs() < 1e-12);
+        // Ten seconds of 9 m/s: what a mean of time constant 2 s has left of its past is e^-5.
+        for _ in 0..100 {
+            memory.stepped(0.1, 1.0, [9.0, 0.0, 0.0], &[]);
+        }
+        let left = 9.0 - memory.velocity_means[2][0];
+        assert!((left / (9.0 - 4.0) / (-5.0_f64).exp() - 1.0).abs() < 0.05);
+    }
+
+    #[test]
+    fn coasting_counts_until_a_measurement_is_used() {
+        let mut memory = Memory::start(SIGMAS, [0.0; 3]);
+        memory.stepped(0.2, 0.0, [0.0; 3], &[]);
+        memory.stepped(0.3, 0.0, [0.0; 3], &[]);
+        assert!((memory.coast_s - 0.5).abs() < 1e-15);
+        memory.stepped(0.3, 1.0, [0.0; 3], &[]);
+        assert_eq!(memory.coast_s, 0.0);
+    }
+
+    #[test]
+    fn notes_are_squashed_and_forgotten_at_their_own_times() {
+        let mut memory = Memory::start(SIGMAS, [0.0; 3]);
+        memory.stepped(0.4, 1.0, [0.0; 3], &[100.0; NOTES]);
+        for (kept, time_s) in memory.notes.into_iter().zip(NOTE_TIMES_S) {
+            assert!((kept - (1.0 - (-0.4 / time_s).exp())).abs() < 1e-12);
         }
     }
 }

@@ -10,7 +10,7 @@ use super::sight::LineOfSight;
 use super::start::start;
 use crate::blob::{Blob, field::RECURSIVE_OUTPUTS as OUTPUTS};
 use crate::coast::seconds_between;
-use crate::ekf::correct_polar_with;
+use crate::ekf::correct_polar;
 use crate::estimate::{Estimate, Mode, Motion};
 use crate::measurement::Measurement;
 use crate::monte_carlo::separate_moments;
@@ -39,8 +39,8 @@ const _: () = assert!(OUTPUTS == SCHEDULE + NOTES);
 pub(crate) struct Recursive<'a> {
     blob: Blob<'a>,
     settings: Settings,
-    population: Population,
-    base: Base,
+    population: Population<f32>,
+    base: Base<f32>,
     rng: Generator,
     scratch: Scratch,
     track: Option<Track>,
@@ -50,9 +50,9 @@ pub(crate) struct Recursive<'a> {
 #[derive(Clone, Copy)]
 struct Track {
     time_us: u64,
-    state: State,
-    covariance: Covariance,
-    memory: Memory,
+    state: State<f32>,
+    covariance: Covariance<f32>,
+    memory: Memory<f32>,
     rejections: u8,
 }
 
@@ -70,7 +70,7 @@ impl Track {
         if step.interval_s > 0.0 {
             let velocity = [self.state[3], self.state[4], self.state[5]];
             self.memory
-                .stepped(step.interval_s, used, velocity, &step.notes);
+                .stepped(step.interval_s, f32::from(u8::from(used)), velocity, &step.notes);
         }
     }
 }
@@ -118,11 +118,16 @@ impl<'a> Recursive<'a> {
             s.range_m * s.range_m * range + curvature[2],
             s.range_rate_mps * s.range_rate_mps * range_rate + curvature[3],
         ];
-        let corrected = correct_polar_with(&track.state, &track.covariance, measurement, variances);
-        let Ok((corrected, whitened)) = corrected else {
+        let (corrected, whitened) = correct_polar(
+            &track.state,
+            &track.covariance,
+            &measurement.in_order(),
+            &variances,
+        );
+        let Ok(corrected) = corrected.checked() else {
             return Ok(self.start(measurement, Mode::Restarted));
         };
-        track.memory.measured(whitened, s);
+        track.memory.measured(whitened, s.in_order());
         if corrected.nis >= GATE_NIS {
             track.rejections += 1;
             if track.rejections >= REJECTIONS_MAX {
@@ -161,13 +166,17 @@ impl<'a> Recursive<'a> {
     }
 
     fn start(&mut self, measurement: &Measurement, mode: Mode) -> Estimate {
-        let (state, covariance) = start(measurement, &self.population);
+        let (state, covariance) = start(
+            measurement.in_order(),
+            measurement.sigmas.in_order(),
+            &self.population,
+        );
         let velocity = [state[3], state[4], state[5]];
         let track = Track {
             time_us: measurement.time_us,
             state,
             covariance,
-            memory: Memory::start(&measurement.sigmas, velocity),
+            memory: Memory::start(measurement.sigmas.in_order(), velocity),
             rejections: 0,
         };
         self.track = Some(track);
@@ -243,7 +252,7 @@ impl<'a> Recursive<'a> {
         let pairs = self.blob.input_normalisation();
         for (i, input) in inputs.iter_mut().enumerate() {
             let normalised = (*input - pairs.get(2 * i)) * pairs.get(2 * i + 1);
-            *input = normalised.clamp(-FEATURE_LIMIT, FEATURE_LIMIT);
+            *input = normalised.clamp(-FEATURE_LIMIT as f32, FEATURE_LIMIT as f32);
         }
         let mut outputs = [0.0; OUTPUTS];
         let mut variances = [0.0; OUTPUTS];
@@ -265,7 +274,7 @@ impl<'a> Recursive<'a> {
         let scale = |i: usize| pairs.get(2 * i + 1);
         let jerk_variance = core::array::from_fn(|axis| {
             let output = JERK_OUTPUT + axis;
-            JERK_SCALE * JERK_SCALE * scale(output) * scale(output) * variances[output]
+            (JERK_SCALE * JERK_SCALE) as f32 * scale(output) * scale(output) * variances[output]
         });
         for (i, output) in outputs.iter_mut().enumerate() {
             *output = pairs.get(2 * i) + scale(i) * *output;
@@ -285,9 +294,9 @@ fn within_bounds(track: &Track) -> bool {
     squared(3) < SPEED_MAX_MPS * SPEED_MAX_MPS
         && squared(6) < ACCELERATION_MAX_MPS2 * ACCELERATION_MAX_MPS2
         && squared(0).is_finite()
-        && covariance.iter().all(|value| value.is_finite())
-        && (0..9).all(|i| covariance[(i, i)] > 0.0)
-        && (0..3).all(|i| covariance[(i, i)] < POSITION_VARIANCE_MAX_M2)
+        && covariance.as_flattened().iter().all(|value| value.is_finite())
+        && (0..9).all(|i| covariance[i][i] > 0.0)
+        && (0..3).all(|i| covariance[i][i] < POSITION_VARIANCE_MAX_M2)
 }
 
 fn estimate(track: &Track, nis: f32, mode: Mode) -> Estimate {
@@ -295,13 +304,13 @@ fn estimate(track: &Track, nis: f32, mode: Mode) -> Estimate {
     Estimate {
         time_us: track.time_us,
         position_m: core::array::from_fn(|i| state[i]),
-        covariance_m2: core::array::from_fn(|i| core::array::from_fn(|j| covariance[(i, j)])),
+        covariance_m2: core::array::from_fn(|i| core::array::from_fn(|j| covariance[i][j])),
         nis,
         mode,
         motion: Some(Motion {
             velocity_mps: core::array::from_fn(|i| state[3 + i]),
             acceleration_mps2: core::array::from_fn(|i| state[6 + i]),
-            covariance: core::array::from_fn(|i| core::array::from_fn(|j| covariance[(i, j)])),
+            covariance: *covariance,
         }),
     }
 }
