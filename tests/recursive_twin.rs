@@ -7,6 +7,8 @@ mod untrained;
 
 use bnkf::blob::Blob;
 use bnkf::network::Network;
+use bnkf::recursive::population::{Base, Population};
+use bnkf::recursive::schedule::OUTPUTS;
 use bnkf::{Estimate, Measurement, Mode, Settings, Tracker};
 use bnkf_model_export::flight::Flight;
 use bnkf_model_export::gaps::SamplingRate;
@@ -14,10 +16,8 @@ use bnkf_model_export::generator::{GeneratorSettings, generate};
 use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
 use bnkf_model_export::radar_sampling::{RadarSettings, sample_radar, time_us};
 use bnkf_model_export::recursive::carry::Carry;
-use bnkf_model_export::recursive::features::{self, features};
-use bnkf_model_export::recursive::schedule::{Base, OUTPUTS};
-use bnkf_model_export::recursive::start::{Population, start};
-use bnkf_model_export::recursive::step::{Arrival, advance};
+use bnkf_model_export::recursive::normalisation::Normalisation;
+use bnkf_model_export::recursive::step::{Arrival, advance, features_of};
 use tolerance::RECURSIVE_TWIN;
 use untrained::recursive_blob;
 
@@ -36,12 +36,12 @@ impl Twin<'_> {
             (values.map(f64::from), sigmas.map(f64::from))
         });
         let next = match (&self.carry, polar) {
-            (None, Some((values, sigmas))) => start(&values, &sigmas, &Population::PAPER),
+            (None, Some((values, sigmas))) => Carry::start(values, sigmas, &Population::PAPER),
             (None, None) => panic!("flights start with a measurement"),
             (Some(carry), polar) => {
-                let mut normalisation = features::Normalisation::IDENTITY;
+                let mut normalisation = Normalisation::IDENTITY;
                 normalisation.gain.fill(0.25);
-                let inputs = normalisation.apply(&features(carry, dt_s));
+                let inputs = normalisation.apply(&features_of(carry, dt_s));
                 let mut outputs = [0.0; OUTPUTS];
                 self.network
                     .mean_pass(&inputs.map(|x| x as f32), &mut outputs);

@@ -2,10 +2,11 @@
 //!
 //! Two readings of one measurement: the paper's linear correction with the converted position
 //! (Eq. 12-13 with H = I), and the native polar one, where range-rate joins if the state has a
-//! velocity. Joseph form and symmetrising keep the covariance symmetric and positive
-//! semi-definite; what cannot be corrected is refused, never repaired in silence.
+//! velocity. A measurement is taken in one component after the other, each a scalar correction that
+//! costs the covariance the outer product of one vector, so it stays symmetric to the bit; what
+//! cannot be corrected is refused, never repaired in silence.
 
-use crate::radar::{Converted, predict};
+use crate::radar::{Converted, innovations, predict};
 use crate::scalar::Scalar;
 
 /// Why a correction was refused; the state is unchanged.
@@ -45,18 +46,17 @@ impl<const N: usize> Corrected<f32, N> {
     /// # Errors
     /// [`EkfError`]
     pub fn checked(self) -> Result<Self, EkfError> {
-        let finite = self.nis.is_finite()
-            && self
-                .state
-                .iter()
-                .chain(self.covariance.as_flattened())
-                .all(|value| value.is_finite());
-        if !finite {
+        let numbers = self.state.iter().chain(self.covariance.as_flattened());
+        if !numbers.into_iter().all(|value| value.is_finite()) {
             return Err(EkfError::NotFinite);
         }
-        // Rounding may have eaten a variance that the noise made tiny.
-        if (0..N).any(|i| self.covariance[i][i] <= 0.0) {
+        // An innovation's variance below zero has no root; rounding may have eaten a variance that
+        // the noise made tiny.
+        if self.nis.is_nan() || (0..N).any(|i| self.covariance[i][i] <= 0.0) {
             return Err(EkfError::NotPositiveDefinite);
+        }
+        if self.nis.is_infinite() {
+            return Err(EkfError::NotFinite);
         }
         Ok(self)
     }
@@ -118,13 +118,20 @@ pub fn correct_polar<S: Scalar, const N: usize>(
     };
     let zero = S::constant(0.0);
     let has_velocity = N >= 6;
-    let velocity = core::array::from_fn(|i| if has_velocity { state[(3 + i) % N] } else { zero });
+    let velocity = core::array::from_fn(|i| {
+        if has_velocity {
+            state[(3 + i) % N]
+        } else {
+            zero
+        }
+    });
     let predicted = predict([state[0], state[1], state[2]], velocity);
     let mut corrected = Corrected {
         state: *state,
         covariance: *covariance,
         nis: zero,
     };
+    let innovations = innovations(measured, &predicted.measurement);
     let mut whitened = [zero; 4];
     for row in 0..if has_velocity { 4 } else { 3 } {
         let mut derivative = [zero; N];
@@ -134,19 +141,16 @@ pub fn correct_polar<S: Scalar, const N: usize>(
                 derivative[(3 + axis) % N] = predicted.by_velocity[axis];
             }
         }
-        let mut innovation = measured[row] - predicted.measurement[row];
-        if row < 2 {
-            innovation = innovation.wrap();
-        }
         let moved = core::array::from_fn(|i| corrected.state[i] - state[i]);
-        innovation = innovation - dot(&derivative, &moved);
+        let innovation = innovations[row] - dot(&derivative, &moved);
         whitened[row] = correct_scalar(&mut corrected, &derivative, innovation, variances[row]);
     }
     (corrected, whitened)
 }
 
-/// One scalar correction in Joseph form; returns the innovation over its standard deviation, which
-/// is not a number where the innovation's variance is not positive.
+/// One scalar correction, `P - g g' / s` with `g = P h` and `s = h' g + r`, which equals Joseph's form
+/// in exact arithmetic; returns the innovation over its standard deviation, which is not a number
+/// where the innovation's variance is not positive.
 fn correct_scalar<S: Scalar, const N: usize>(
     corrected: &mut Corrected<S, N>,
     derivative: &[S; N],
@@ -159,18 +163,16 @@ fn correct_scalar<S: Scalar, const N: usize>(
     for (value, gain) in corrected.state.iter_mut().zip(gain) {
         *value = *value + gain * innovation;
     }
-    corrected.nis = corrected.nis + innovation * innovation / innovation_variance;
-    // (I - K h') P (I - K h')' + K r K', multiplied out for a symmetric P with g = P h:
-    // P - K g' - g K' + K s K' on the upper triangle, then mirrored.
     for i in 0..N {
         for j in i..N {
-            let value = corrected.covariance[i][j] - gain[i] * cross[j] - cross[i] * gain[j]
-                + gain[i] * innovation_variance * gain[j];
+            let value = corrected.covariance[i][j] - gain[i] * cross[j];
             corrected.covariance[i][j] = value;
             corrected.covariance[j][i] = value;
         }
     }
-    innovation / innovation_variance.sqrt()
+    let whitened = innovation / innovation_variance.sqrt();
+    corrected.nis = corrected.nis + whitened * whitened;
+    whitened
 }
 
 /// A symmetric matrix times a vector.
@@ -185,18 +187,9 @@ fn times<S: Scalar, const N: usize>(matrix: &[[S; N]; N], x: &[S; N]) -> [S; N] 
 }
 
 fn dot<S: Scalar, const N: usize>(a: &[S; N], b: &[S; N]) -> S {
-    let p = |k: usize| a[k] * b[k];
-    if N == 9 {
-        // What nalgebra did: lanes of eight.
-        let mut sum = p(0) + p(4 % N);
-        sum = sum + (p(1) + p(5 % N));
-        sum = sum + (p(2) + p(6 % N));
-        sum = sum + (p(3 % N) + p(7 % N));
-        return sum + p(8 % N);
-    }
-    let mut sum = p(0);
+    let mut sum = a[0] * b[0];
     for k in 1..N {
-        sum = sum + p(k);
+        sum = sum + a[k] * b[k];
     }
     sum
 }
@@ -204,11 +197,11 @@ fn dot<S: Scalar, const N: usize>(a: &[S; N], b: &[S; N]) -> S {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Sigmas;
     use crate::gaussian::standard_normal;
     use crate::radar::position;
     use crate::rng::seeded;
-    use nalgebra::{Matrix4, Matrix6, SMatrix, Vector4, Vector6};
+    use crate::{Measurement, Sigmas};
+    use nalgebra::{Matrix3, Matrix4, Matrix6, SMatrix, Vector3, Vector4, Vector6};
 
     const SIGMAS: Sigmas = Sigmas {
         range_m: 2.0,
@@ -239,11 +232,22 @@ mod tests {
         )
     }
 
+    fn corrected(
+        state: Vector6<f32>,
+        covariance: Matrix6<f32>,
+    ) -> Result<Corrected<f32, 6>, EkfError> {
+        let variances = SIGMAS.in_order().map(|sigma| sigma * sigma);
+        let measured = measurement().in_order();
+        correct_polar(&state.into(), &covariance.into(), &measured, &variances)
+            .0
+            .checked()
+    }
+
     /// The joint correction in f64 by the textbook: K = P H' S^-1, P = (I - K H) P.
     #[test]
     fn polar_correction_equals_the_joint_one_in_f64() {
         let (state, covariance) = prior();
-        let corrected = correct_polar(&state, &covariance, &measurement()).unwrap();
+        let corrected = corrected(state, covariance).unwrap();
         let p = predict(
             [state[0], state[1], state[2]],
             [state[3], state[4], state[5]],
@@ -274,8 +278,12 @@ mod tests {
         let gain = covariance * h.transpose() * inverse;
         let expected = state.map(f64::from) + gain * innovation;
         let expected_covariance = covariance - gain * h * covariance;
-        assert!((corrected.state.map(f64::from) - expected).amax() < 1e-4);
-        assert!((corrected.covariance.map(f64::from) - expected_covariance).amax() < 1e-4);
+        let (state, covariance) = (
+            Vector6::from(corrected.state).map(f64::from),
+            Matrix6::from(corrected.covariance).map(f64::from),
+        );
+        assert!((state - expected).amax() < 1e-4);
+        assert!((covariance - expected_covariance).amax() < 1e-4);
         assert!((f64::from(corrected.nis) - innovation.dot(&(inverse * innovation))).abs() < 1e-3);
     }
 
@@ -284,43 +292,42 @@ mod tests {
     fn position_correction_is_the_product_of_gaussians() {
         let (state, covariance) = prior();
         let (a, p) = (
-            state.fixed_rows::<3>(0).into(),
-            covariance.fixed_view::<3, 3>(0, 0).into(),
+            Vector3::from(state.fixed_rows::<3>(0)),
+            Matrix3::from(covariance.fixed_view::<3, 3>(0, 0)),
         );
         let measured = crate::radar::converted(&measurement());
         let (b, r) = (measured.position, measured.covariance());
-        let corrected = correct_position(a, p, &measured).unwrap();
+        let corrected = correct_position(a.into(), p.into(), &measured).unwrap();
         let (pi, ri) = (
             p.map(f64::from).try_inverse().unwrap(),
             r.map(f64::from).try_inverse().unwrap(),
         );
         let expected_covariance = (pi + ri).try_inverse().unwrap();
         let expected = expected_covariance * (pi * a.map(f64::from) + ri * b.map(f64::from));
-        assert!((corrected.covariance.map(f64::from) - expected_covariance).amax() < 1e-4);
-        assert!((corrected.state.map(f64::from) - expected).amax() < 1e-3);
+        let covariance = Matrix3::from(corrected.covariance).map(f64::from);
+        assert!((covariance - expected_covariance).amax() < 1e-4);
+        let state = Vector3::from(corrected.state).map(f64::from);
+        assert!((state - expected).amax() < 1e-3);
     }
 
     #[test]
     fn refusals() {
         let (state, covariance) = prior();
         let broken = covariance.map(|_| f32::NAN);
-        assert_eq!(
-            correct_polar(&state, &broken, &measurement()).unwrap_err(),
-            EkfError::NotFinite
-        );
+        assert_eq!(corrected(state, broken).unwrap_err(), EkfError::NotFinite);
         let negative = -covariance * 1e3;
         assert_eq!(
-            correct_polar(&state, &negative, &measurement()).unwrap_err(),
+            corrected(state, negative).unwrap_err(),
             EkfError::NotPositiveDefinite
         );
         let measured = crate::radar::converted(&measurement());
         let (position, noise) = (measured.position, measured.covariance());
         assert_eq!(
-            correct_position(position, -noise * 2.0, &measured).unwrap_err(),
+            correct_position(position.into(), (-noise * 2.0).into(), &measured).unwrap_err(),
             EkfError::NotPositiveDefinite
         );
         assert_eq!(
-            correct_position(position * f32::NAN, noise, &measured).unwrap_err(),
+            correct_position((position * f32::NAN).into(), noise.into(), &measured).unwrap_err(),
             EkfError::NotFinite
         );
     }
@@ -341,8 +348,9 @@ mod tests {
             for variance in [1e-4, 1.0, 1e4] {
                 let prior = Matrix3::identity() * variance;
                 let start = Vector3::new(20.0, -15.0, 12.0);
-                let corrected = correct_position(start, prior, &crate::radar::converted(&near));
-                let covariance = corrected.expect("corrected").covariance;
+                let corrected =
+                    correct_position(start.into(), prior.into(), &crate::radar::converted(&near));
+                let covariance = Matrix3::from(corrected.expect("corrected").covariance);
                 assert!(covariance.cholesky().is_some(), "{range_m} {variance}");
             }
         }

@@ -16,6 +16,7 @@ extern crate std;
 
 pub mod activation;
 pub mod blob;
+pub mod cholesky;
 mod coast;
 pub mod ekf;
 mod estimate;

@@ -10,9 +10,9 @@ use nalgebra::{Matrix3, Vector3};
 use crate::Measurement;
 use crate::scalar::Scalar;
 
-/// Closest horizontal distance, m, at which the Jacobian is evaluated: nearer to the vertical the
-/// azimuth's derivative would overflow.
-const HORIZONTAL_MIN_M: f64 = 1e-3;
+/// Least squared horizontal distance, m^2, at which a derivative is evaluated and an azimuth is
+/// followed: a centimetre. Nearer to the vertical the azimuth's derivative grows without bound.
+pub const HORIZONTAL_FLOOR_M2: f64 = 1e-4;
 
 /// What a noiseless radar would measure, with its derivatives.
 #[derive(Clone, Copy, Debug)]
@@ -29,26 +29,50 @@ pub struct Prediction<S> {
 /// The measurement function h and its Jacobian at a position (m) and velocity (m/s).
 pub fn predict<S: Scalar>(position: [S; 3], velocity: [S; 3]) -> Prediction<S> {
     let [x, y, z] = position;
-    let horizontal = x.hypot(y);
-    let bounded = horizontal.max(S::constant(HORIZONTAL_MIN_M));
-    let range = (bounded * bounded + z * z).sqrt();
+    let squared = x * x + y * y;
+    let bounded_squared = squared.max(S::constant(HORIZONTAL_FLOOR_M2));
+    let bounded = bounded_squared.sqrt();
+    let range_squared = bounded_squared + z * z;
+    let range = range_squared.sqrt();
     let unit = [x / range, y / range, z / range];
     let range_rate = unit[0] * velocity[0] + unit[1] * velocity[1] + unit[2] * velocity[2];
-    let range_squared = range * range;
     Prediction {
-        measurement: [z.atan2(horizontal), y.atan2(x), range, range_rate],
+        measurement: [z.atan2(squared.sqrt()), y.atan2(x), range, range_rate],
         by_position: [
             [
                 -x * z / (range_squared * bounded),
                 -y * z / (range_squared * bounded),
                 bounded / range_squared,
             ],
-            [-y / (bounded * bounded), x / (bounded * bounded), S::constant(0.0)],
+            [-y / bounded_squared, x / bounded_squared, S::constant(0.0)],
             unit,
             core::array::from_fn(|i| (velocity[i] - range_rate * unit[i]) / range),
         ],
         by_velocity: unit,
     }
+}
+
+/// What a measurement (elevation, azimuth, range, range-rate) says beyond what was expected.
+///
+/// Elevation and azimuth name every direction twice: `(e, a)` and `(pi - e, a + pi)`. The pair that
+/// lies nearer to the expected one counts, so a target that passes the zenith between two
+/// measurements, or a noisy elevation beyond it, is met without a jump of half a circle.
+pub fn innovations<S: Scalar>(measured: &[S; 4], expected: &[S; 4]) -> [S; 4] {
+    let half_turn = S::constant(core::f64::consts::PI);
+    let elevation = (measured[0] - expected[0]).wrap();
+    let azimuth = (measured[1] - expected[1]).wrap();
+    let over = (half_turn - measured[0] - expected[0]).wrap();
+    let opposite = (azimuth + half_turn).wrap();
+    let nearer = elevation * elevation + azimuth * azimuth - over * over - opposite * opposite;
+    // Only near the vertical: elsewhere the other side is another place.
+    let vertical = S::constant(1.0) - over * over;
+    let other = nearer.step() * vertical.step();
+    [
+        elevation + other * (over - elevation),
+        azimuth + other * (opposite - azimuth),
+        measured[2] - expected[2],
+        measured[3] - expected[3],
+    ]
 }
 
 /// Position of a target at `range` (m), `elevation` and `azimuth` (rad). A negative range, which
@@ -115,16 +139,10 @@ mod tests {
     use crate::Sigmas;
     use crate::gaussian::standard_normal;
     use crate::rng::seeded;
+    use core::f64::consts::PI;
     use proptest::prelude::*;
 
     proptest! {
-        #[test]
-        fn wrapping_keeps_the_direction(angle in -1e4_f32..1e4) {
-            let wrapped = wrap_angle(angle);
-            prop_assert!((-PI..PI).contains(&wrapped));
-            let turns = f64::from(angle - wrapped) / core::f64::consts::TAU;
-            prop_assert!((turns - libm::round(turns)).abs() < 1e-3);
-        }
 
         #[test]
         fn prediction_inverts_position(range in 1.0_f32..5e3, el in -1.4_f32..1.4, az in -3.1_f32..3.1) {
@@ -202,7 +220,7 @@ mod tests {
 
     #[test]
     fn straight_above_and_at_the_origin_stays_finite() {
-        for point in [[0.0, 0.0, 20.0], [0.0; 3]] {
+        for point in [[0.0_f32, 0.0, 20.0], [0.0; 3]] {
             let predicted = predict(point, [3.0, 2.0, 1.0]);
             assert!(predicted.measurement.iter().all(|v| v.is_finite()));
             assert!(
@@ -213,5 +231,54 @@ mod tests {
                     .all(|v| v.is_finite())
             );
         }
+    }
+
+    /// Jacobian of every component by central differences in f64.
+    #[test]
+    fn the_jacobian_is_the_derivative() {
+        let at = [12.0, -21.0, 9.0, 1.5, -0.7, 0.4];
+        let expected = |s: &[f64; 6]| predict([s[0], s[1], s[2]], [s[3], s[4], s[5]]);
+        let prediction = expected(&at);
+        for k in 0..6 {
+            let (mut high, mut low) = (at, at);
+            high[k] += 1e-5;
+            low[k] -= 1e-5;
+            for i in 0..4 {
+                let difference =
+                    (expected(&high).measurement[i] - expected(&low).measurement[i]) / 2e-5;
+                let derivative = match (k, i) {
+                    (0..3, _) => prediction.by_position[i][k],
+                    (_, 3) => prediction.by_velocity[k - 3],
+                    _ => 0.0,
+                };
+                assert!((derivative - difference).abs() < 1e-9, "{i} {k}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_direction_has_two_names() {
+        let expected = [1.50, 0.3, 20.0, 1.0];
+        let plain = innovations(&[1.52, 0.25, 21.0, 0.5], &expected);
+        let named = [PI - 1.52, 0.25 + PI, 21.0, 0.5];
+        for (a, b) in plain.into_iter().zip(innovations(&named, &expected)) {
+            assert!((a - b).abs() < 1e-12, "{a} {b}");
+        }
+        for (a, b) in plain.into_iter().zip([0.02, -0.05, 1.0, -0.5]) {
+            assert!((a - b).abs() < 1e-12, "{a} {b}");
+        }
+    }
+
+    /// Past the zenith the azimuth has turned by half a circle; the innovation has not.
+    #[test]
+    fn the_zenith_is_passed_smoothly() {
+        let before = predict([0.5, 0.0, 20.0], [0.0; 3]).measurement;
+        let behind = predict([-0.5, 0.001, 20.0], [0.0; 3]).measurement;
+        let jump = innovations(&behind, &before);
+        assert!((jump[0] - 0.05).abs() < 1e-3, "{jump:?}");
+        assert!(jump[1].abs() < 0.01, "{jump:?}");
+        // Far from the zenith a target on the other side is on the other side.
+        let far = innovations(&[0.2, PI - 0.1, 20.0, 0.0], &[0.2, 0.0, 20.0, 0.0]);
+        assert!(far[0].abs() < 1e-12 && (far[1] - (PI - 0.1)).abs() < 1e-12);
     }
 }

@@ -5,6 +5,7 @@
 //! step with the polar measurement itself. The model stays linear-Gaussian, so the covariance
 //! means the same in gaps as elsewhere.
 
+pub mod correction;
 pub mod curvature;
 pub mod features;
 pub mod memory;
@@ -15,5 +16,5 @@ pub mod sight;
 pub mod start;
 mod tracker;
 
+pub use tracker::REJECTIONS_MAX;
 pub(crate) use tracker::Recursive;
-pub use tracker::{GATE_NIS, REJECTIONS_MAX};

@@ -34,10 +34,6 @@ pub trait Scalar:
     fn cos(self) -> Self;
     /// Angle of the point `(x, self)`, radians.
     fn atan2(self, x: Self) -> Self;
-    /// Length of the vector `(self, other)`.
-    fn hypot(self, other: Self) -> Self {
-        (self * self + other * other).sqrt()
-    }
     /// Hyperbolic tangent.
     fn tanh(self) -> Self;
     /// The larger one, `other` when `self` is not a number; the derivative follows it.
@@ -70,7 +66,7 @@ pub trait Scalar:
 }
 
 macro_rules! scalar {
-    ($float:ty, $sqrt:expr, $exp:expr, $exp_m1:expr, $ln:expr, $sin:expr, $cos:expr, $atan2:expr, $hypot:expr,
+    ($float:ty, $sqrt:expr, $exp:expr, $exp_m1:expr, $ln:expr, $sin:expr, $cos:expr, $atan2:expr,
      $tanh:expr, $floor:expr) => {
         impl Scalar for $float {
             #[inline]
@@ -104,10 +100,6 @@ macro_rules! scalar {
             #[inline]
             fn atan2(self, x: Self) -> Self {
                 $atan2(self, x)
-            }
-            #[inline]
-            fn hypot(self, other: Self) -> Self {
-                $hypot(self, other)
             }
             #[inline]
             fn tanh(self) -> Self {
@@ -155,7 +147,6 @@ scalar!(
     libm::sinf,
     libm::cosf,
     libm::atan2f,
-    libm::hypotf,
     libm::tanhf,
     libm::floorf
 );
@@ -168,7 +159,6 @@ scalar!(
     libm::sin,
     libm::cos,
     libm::atan2,
-    libm::hypot,
     libm::tanh,
     libm::floor
 );
@@ -222,7 +212,10 @@ mod tests {
     #[test]
     fn the_step_is_at_zero() {
         assert_eq!(Scalar::step(1e-30_f32), 1.0);
-        assert_eq!((Scalar::step(0.0_f64), Scalar::step(-1e-300_f64)), (0.0, 0.0));
+        assert_eq!(
+            (Scalar::step(0.0_f64), Scalar::step(-1e-300_f64)),
+            (0.0, 0.0)
+        );
     }
 
     /// Both floats against the standard library's functions.
@@ -241,7 +234,11 @@ mod tests {
             near(Scalar::ln(r), Scalar::ln(y), y.ln());
             near(Scalar::sin(s), Scalar::sin(x), x.sin());
             near(Scalar::cos(s), Scalar::cos(x), x.cos());
-            near(Scalar::atan2(s, -0.4), Scalar::atan2(x, -0.4), x.atan2(-0.4));
+            near(
+                Scalar::atan2(s, -0.4),
+                Scalar::atan2(x, -0.4),
+                x.atan2(-0.4),
+            );
             near(Scalar::tanh(s), Scalar::tanh(x), x.tanh());
             near(Scalar::abs(s), Scalar::abs(x), y);
         }

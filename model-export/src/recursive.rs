@@ -1,41 +1,33 @@
 //! Training of the recursive tracker through its unrolled filter.
 //!
-//! One filter step is written once, generically over [`scalar::Scalar`]: in `f64` it is the naive
-//! twin of the firmware's `f32` step; recorded on a [`tape::Tape`] it becomes a [`program::Program`]
+//! The filter step is the firmware's own, generic over [`bnkf::scalar::Scalar`]: in `f64` it is the
+//! naive twin of what flies in `f32`; recorded on a [`tape::Tape`] it becomes a [`program::Program`]
 //! that runs forwards and backwards over lanes of flights.
 
 pub mod augmentation;
 pub mod batch;
 pub mod carry;
 pub mod checkpoint;
-pub mod cholesky;
 pub mod committee;
 pub mod comparison;
-pub mod correction;
-pub mod curvature;
 pub mod encounter;
 pub(crate) mod execution;
-pub mod features;
 pub mod lanes;
-pub mod line_of_sight;
 pub mod model;
-pub mod motion;
 pub mod network;
 pub mod network_gradient;
 pub mod network_shape;
-pub mod observation;
+pub mod normalisation;
 pub mod pass;
+pub mod population;
 pub mod program;
 pub mod provenance;
 pub mod recipe;
 pub mod sampling;
-pub mod scalar;
 pub mod scenario;
-pub mod schedule;
 pub mod score;
 pub mod sensor;
 pub mod simplification;
-pub mod start;
 pub mod step;
 pub mod step_programs;
 pub mod stress;

@@ -1,15 +1,14 @@
 //! A recursive blob that needs no training.
 
 use bnkf::blob::{FeatureLayout, Kind};
+use bnkf::recursive::features::FEATURES;
+use bnkf::recursive::population::{Base, Population, parameters};
+use bnkf::recursive::schedule::OUTPUTS;
 use bnkf_model_export::architecture::Architecture;
 use bnkf_model_export::blob_writer::{BlobContents, Normalisation, write_blob};
 use bnkf_model_export::gaussian_weights::GaussianWeights;
 use bnkf_model_export::quantise::quantise;
 use bnkf_model_export::random_source::RandomSource;
-use bnkf_model_export::recursive::features::FEATURES;
-use bnkf_model_export::recursive::model::parameters;
-use bnkf_model_export::recursive::schedule::{Base, OUTPUTS};
-use bnkf_model_export::recursive::start::Population;
 
 /// A recursive blob of random weights with one hidden layer: every output moves, none means
 /// anything.
@@ -20,7 +19,7 @@ pub fn recursive_blob(hidden: usize) -> Vec<u8> {
         kind: Kind::Recursive,
         features: FeatureLayout::Recursive64,
         passes: 1,
-        parameters: parameters(&Population::PAPER, &Base::DRONE),
+        parameters: parameters(&Population::PAPER, &Base::DRONE).to_vec(),
         inputs: vec![
             Normalisation {
                 mean: 0.0,

@@ -5,7 +5,7 @@
 //! it is smaller by the ratio of the speed to the range.
 
 use super::motion::{Covariance, State};
-use super::sight::HORIZONTAL_FLOOR_M2;
+use crate::radar::HORIZONTAL_FLOOR_M2;
 use crate::scalar::Scalar;
 
 /// Variances to add to those of elevation [rad^2], azimuth [rad^2], range [m^2] and range-rate
@@ -50,4 +50,60 @@ pub fn curvature<S: Scalar>(state: &State<S>, covariance: &Covariance<S>) -> [S;
         half * (ll * ll + uu * uu + two * lu * lu) / range2,
         (ll * vll + uu * vuu + two * lu * vlu + cll * cll + cuu * cuu + two * clu * cul) / range2,
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::radar::predict;
+
+    const STATE_AT: [f64; 9] = [12.0, -21.0, 9.0, 1.5, -0.7, 0.4, 0.3, 0.2, -0.1];
+
+    fn expected(state: &[f64; 9]) -> [f64; 4] {
+        predict(
+            [state[0], state[1], state[2]],
+            [state[3], state[4], state[5]],
+        )
+        .measurement
+    }
+
+    #[test]
+    fn curvature_equals_the_numerical_hessian() {
+        // The covariance is isotropic here so that the neglected cross terms vanish.
+        let mut isotropic = [[0.0; 9]; 9];
+        for i in 0..6 {
+            isotropic[i][i] = if i < 3 { 0.8 } else { 0.5 };
+        }
+        let got = curvature(&STATE_AT, &isotropic);
+        let h = 1e-3;
+        for i in 0..4 {
+            let mut product = [[0.0; 6]; 6];
+            for a in 0..6 {
+                for b in 0..6 {
+                    let at = |p: f64, q: f64| {
+                        let mut state = STATE_AT;
+                        state[a] += p * h;
+                        state[b] += q * h;
+                        expected(&state)[i]
+                    };
+                    let hessian = (at(1.0, 1.0) - at(1.0, -1.0) - at(-1.0, 1.0) + at(-1.0, -1.0))
+                        / (4.0 * h * h);
+                    product[a][b] = hessian * isotropic[b][b];
+                }
+            }
+            let mut trace = 0.0;
+            for a in 0..6 {
+                for b in 0..6 {
+                    trace += 0.5 * product[a][b] * product[b][a];
+                }
+            }
+            // The range-rate's Hessian by position is left out: a few per cent here.
+            let tolerance = if i == 3 { 0.05 } else { 1e-4 };
+            assert!(
+                (got[i] / trace - 1.0).abs() < tolerance,
+                "{i}: {} {trace}",
+                got[i]
+            );
+        }
+    }
 }

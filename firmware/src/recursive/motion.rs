@@ -140,3 +140,65 @@ fn add_noise<S: Scalar>(
         covariance[axis][axis] = covariance[axis][axis] + schedule.velocity_noise * dt_s;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recursive::population::Base;
+    use crate::recursive::schedule::SCHEDULE as OUTPUTS;
+
+    fn sight() -> LineOfSight<f64> {
+        LineOfSight::to([20.0, 10.0, 8.0])
+    }
+
+    #[test]
+    fn a_turn_keeps_the_size_of_the_acceleration() {
+        let mut outputs = [0.0; OUTPUTS];
+        outputs[0] = -3.0;
+        outputs[1] = -5.0;
+        outputs[2] = -5.0;
+        outputs[3] = 1.3;
+        let schedule = Schedule::read(&outputs, &Base::DRONE);
+        let state = [20.0, 10.0, 8.0, 0.0, 0.0, 0.0, 1.0, 0.5, 0.2];
+        let (predicted, _) = predict(&state, &[[0.0; 9]; 9], &sight(), &schedule, 0.1);
+        let kept = (-schedule.decay_hz * 0.1_f64).exp();
+        let before = state[6].hypot(state[7]);
+        assert!((predicted[6].hypot(predicted[7]) - kept * before).abs() < 1e-12);
+        assert!((predicted[8] - kept * 0.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn small_steps_compose_to_a_large_one() {
+        // Without a turn the acceleration part is exact for every step length.
+        let mut outputs = [0.0; OUTPUTS];
+        outputs[1] = -5.0;
+        outputs[2] = -5.0;
+        let mut schedule = Schedule::read(&outputs, &Base::DRONE);
+        schedule.damping_hz2 = [0.0; 2];
+        let start = [20.0, 10.0, 8.0, 1.0, -2.0, 0.3, 1.0, 0.5, 0.2];
+        let (once, _) = predict(&start, &[[0.0; 9]; 9], &sight(), &schedule, 0.4);
+        let mut state = start;
+        for _ in 0..4 {
+            (state, _) = predict(&state, &[[0.0; 9]; 9], &sight(), &schedule, 0.1);
+        }
+        for (a, b) in once.iter().zip(state) {
+            assert!((a - b).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn covariance_grows_and_stays_symmetric() {
+        let schedule = Schedule::read(&[0.1; OUTPUTS], &Base::DRONE);
+        let mut covariance = [[0.0; 9]; 9];
+        for axis in 0..9 {
+            covariance[axis][axis] = 1.0;
+        }
+        let (_, spread) = predict(&[1.0; 9], &covariance, &sight(), &schedule, 0.1);
+        for i in 0..9 {
+            assert!(i >= 6 || spread[i][i] > 1.0);
+            for j in 0..9 {
+                assert!((spread[i][j] - spread[j][i]).abs() < 1e-15);
+            }
+        }
+    }
+}

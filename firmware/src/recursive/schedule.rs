@@ -1,10 +1,15 @@
 //! The motion model that the network's outputs stand for during one prediction.
 
+use super::memory::NOTES;
 use super::population::Base;
+use crate::blob::field::RECURSIVE_OUTPUTS;
 use crate::scalar::Scalar;
 
 /// Outputs of the network that schedule the motion model; its memory follows them.
 pub const SCHEDULE: usize = 17;
+/// Outputs of the network: the schedule, then its notes to itself.
+pub const OUTPUTS: usize = SCHEDULE + NOTES;
+const _: () = assert!(OUTPUTS == RECURSIVE_OUTPUTS);
 /// Scale from an output to a mean jerk, m/s^3.
 pub const JERK_SCALE: f64 = 2.0;
 /// First of the three outputs that are a mean jerk.
@@ -40,8 +45,7 @@ impl<S: Scalar> Schedule<S> {
     /// so no finite output gives a model that is not stable and finite.
     pub fn read(outputs: &[S], base: &Base<S>) -> Self {
         let c = S::constant;
-        let scaled =
-            |i: usize, limit: f64, scale: S| outputs[i].clamp(-limit, limit).exp() * scale;
+        let scaled = |i: usize, limit: f64, scale: S| outputs[i].clamp(-limit, limit).exp() * scale;
         let noise =
             |from: usize, scale: S| core::array::from_fn(|axis| scaled(from + axis, 7.0, scale));
         let damping = |i: usize| (outputs[i].clamp(-5.0, 5.0) - c(3.0)).softplus();

@@ -1,10 +1,7 @@
 //! The level frame that looks along the line of sight: radial-horizontal, lateral, vertical.
 
+use crate::radar::HORIZONTAL_FLOOR_M2;
 use crate::scalar::Scalar;
-
-/// Squared horizontal distance, m^2, below which the azimuth of the line of sight is not followed.
-/// Keeps every division finite when a flight passes through the zenith.
-pub const HORIZONTAL_FLOOR_M2: f64 = 1e-4;
 
 /// Turn about the vertical that takes east-north-up to radial-lateral-vertical.
 #[derive(Clone, Copy, Debug)]
@@ -61,5 +58,36 @@ impl<S: Scalar> LineOfSight<S> {
             ss * variances[0] + cc * variances[1],
             variances[2],
         ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_position_lies_on_the_radial_axis() {
+        let sight = LineOfSight::<f64>::to([-3.0, 4.0, 12.0]);
+        let level = sight.level([-3.0, 4.0, 12.0]);
+        assert!((level[0] - 5.0).abs() < 1e-12 && level[1].abs() < 1e-12);
+        assert_eq!(sight.range_m, 13.0);
+        let back = sight.world(level);
+        assert!((back[0] + 3.0).abs() < 1e-12 && (back[1] - 4.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn variances_survive_the_round_trip() {
+        let sight = LineOfSight::<f64>::to([2.0, 1.0, 3.0]);
+        let [xx, xy, yy, zz] = sight.world_covariance([4.0, 1.0, 9.0]);
+        let variances = sight.level_variances(xx, xy, yy, zz);
+        for (got, expected) in variances.into_iter().zip([4.0, 1.0, 9.0]) {
+            assert!((got - expected).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn the_zenith_is_finite() {
+        let sight = LineOfSight::<f64>::to([0.0, 0.0, 10.0]);
+        assert!(sight.cosine.is_finite() && sight.sine.is_finite());
     }
 }

@@ -55,8 +55,7 @@ pub fn start<S: Scalar>(
     let length = sum(&mut mean.iter().map(|&x| x * x)).sqrt().max(c(1e-20));
     let unit = mean.map(|x| x / length);
     let gained: [S; 3] = core::array::from_fn(|axis| unit[axis] * speed_variances[axis]);
-    let total =
-        sum(&mut (0..3).map(|axis| gained[axis] * unit[axis])) + sigmas[3] * sigmas[3];
+    let total = sum(&mut (0..3).map(|axis| gained[axis] * unit[axis])) + sigmas[3] * sigmas[3];
     for row in 0..3 {
         state[row] = mean[row];
         state[3 + row] = gained[row] / total * measured[3];
@@ -76,4 +75,42 @@ fn fuse<S: Scalar>(prior: (S, S), measured: (S, S)) -> (S, S) {
         prior.0 + weight * (measured.0 - prior.0),
         (measured_variance * weight).sqrt(),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sharp_measurement_is_believed() {
+        let (state, _) = start(
+            [0.4, -2.0, 30.0, 1.2],
+            [1e-4, 1e-4, 0.01, 1e-3],
+            &Population::PAPER,
+        );
+        let expected = [
+            30.0 * 0.4_f64.cos() * 2.0_f64.cos(),
+            -30.0 * 0.4_f64.cos() * 2.0_f64.sin(),
+            30.0 * 0.4_f64.sin(),
+        ];
+        let mut rate = 0.0;
+        for axis in 0..3 {
+            assert!((state[axis] - expected[axis]).abs() < 1e-3);
+            rate += expected[axis] / 30.0 * state[3 + axis];
+        }
+        assert!((rate - 1.2).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_blunt_measurement_leaves_the_population() {
+        let (state, covariance) = start(
+            [0.9, 0.0, 90.0, 0.0],
+            [100.0, 1e-3, 1e5, 100.0],
+            &Population::PAPER,
+        );
+        let range = state[..3].iter().map(|x| x * x).sum::<f64>().sqrt();
+        // Elevation spread shortens the mean vector a little.
+        assert!((range - 33.5).abs() < 1.0, "{range}");
+        assert!((covariance[3][3] - 1.6 * 1.6).abs() < 1e-2);
+    }
 }

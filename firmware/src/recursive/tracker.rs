@@ -1,16 +1,15 @@
 //! The filter around the network: start, predict, gate, correct, bound, restart.
 
-use super::curvature::curvature;
+use super::correction::{GATE_NIS, correct};
 use super::features::{FEATURE_LIMIT, FEATURES, features};
 use super::memory::{Memory, NOTES};
 use super::motion::{Covariance, State, predict};
 use super::population::{Base, Population, read};
-use super::schedule::{JERK_OUTPUT, JERK_SCALE, SCHEDULE, Schedule};
+use super::schedule::{JERK_OUTPUT, JERK_SCALE, OUTPUTS, SCHEDULE, Schedule};
 use super::sight::LineOfSight;
 use super::start::start;
-use crate::blob::{Blob, field::RECURSIVE_OUTPUTS as OUTPUTS};
+use crate::blob::Blob;
 use crate::coast::seconds_between;
-use crate::ekf::correct_polar;
 use crate::estimate::{Estimate, Mode, Motion};
 use crate::measurement::Measurement;
 use crate::monte_carlo::separate_moments;
@@ -22,9 +21,6 @@ use crate::tracker::{Settings, StepError, check_time};
 const INTERVAL_MAX_S: f32 = 0.25;
 /// After a longer silence the next measurement starts the filter anew, s.
 const SILENCE_MAX_S: f32 = 10.0;
-/// Normalised innovation squared (four degrees of freedom) beyond which a measurement is not used:
-/// far beyond chance, with room for jumps of real targets. The network trains under the same gate.
-pub const GATE_NIS: f32 = 64.0;
 /// Measurements in a row outside the gate after which the filter starts anew.
 pub const REJECTIONS_MAX: u8 = 3;
 /// Speed, m/s, and acceleration, m/s^2, that no target of this kind reaches.
@@ -32,8 +28,6 @@ const SPEED_MAX_MPS: f32 = 60.0;
 const ACCELERATION_MAX_MPS2: f32 = 80.0;
 /// Variance of a position component, m^2, beyond which the filter has lost the target.
 const POSITION_VARIANCE_MAX_M2: f32 = 1e6;
-
-const _: () = assert!(OUTPUTS == SCHEDULE + NOTES);
 
 /// A nine-state filter over one target, driven by the network of a recursive blob.
 pub(crate) struct Recursive<'a> {
@@ -69,8 +63,12 @@ impl Track {
     fn remember(&mut self, step: &Step, used: bool) {
         if step.interval_s > 0.0 {
             let velocity = [self.state[3], self.state[4], self.state[5]];
-            self.memory
-                .stepped(step.interval_s, f32::from(u8::from(used)), velocity, &step.notes);
+            self.memory.stepped(
+                step.interval_s,
+                f32::from(u8::from(used)),
+                velocity,
+                &step.notes,
+            );
         }
     }
 }
@@ -109,26 +107,19 @@ impl<'a> Recursive<'a> {
         let Some((mut track, step)) = self.predicted(track, measurement.time_us)? else {
             return Ok(self.start(measurement, Mode::Restarted));
         };
-        let curvature = curvature(&track.state, &track.covariance);
-        let s = &measurement.sigmas;
-        let [angles, range, range_rate] = step.sensor_scale;
-        let variances = [
-            s.elevation_rad * s.elevation_rad * angles + curvature[0],
-            s.azimuth_rad * s.azimuth_rad * angles + curvature[1],
-            s.range_m * s.range_m * range + curvature[2],
-            s.range_rate_mps * s.range_rate_mps * range_rate + curvature[3],
-        ];
-        let (corrected, whitened) = correct_polar(
+        let sigmas = measurement.sigmas.in_order();
+        let (corrected, whitened) = correct(
             &track.state,
             &track.covariance,
             &measurement.in_order(),
-            &variances,
+            &sigmas,
+            step.sensor_scale,
         );
         let Ok(corrected) = corrected.checked() else {
             return Ok(self.start(measurement, Mode::Restarted));
         };
-        track.memory.measured(whitened, s.in_order());
-        if corrected.nis >= GATE_NIS {
+        track.memory.measured(whitened, sigmas);
+        if corrected.nis >= GATE_NIS as f32 {
             track.rejections += 1;
             if track.rejections >= REJECTIONS_MAX {
                 return Ok(self.start(measurement, Mode::Restarted));
@@ -294,7 +285,10 @@ fn within_bounds(track: &Track) -> bool {
     squared(3) < SPEED_MAX_MPS * SPEED_MAX_MPS
         && squared(6) < ACCELERATION_MAX_MPS2 * ACCELERATION_MAX_MPS2
         && squared(0).is_finite()
-        && covariance.as_flattened().iter().all(|value| value.is_finite())
+        && covariance
+            .as_flattened()
+            .iter()
+            .all(|value| value.is_finite())
         && (0..9).all(|i| covariance[i][i] > 0.0)
         && (0..3).all(|i| covariance[i][i] < POSITION_VARIANCE_MAX_M2)
 }

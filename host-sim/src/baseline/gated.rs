@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use crate::filter::{Filter, FilterError, PositionEstimate, Start};
 
 /// Normalised innovation squared from which a reading is not used.
-const GATE_NIS: f64 = bnkf::recursive::GATE_NIS as f64;
+const GATE_NIS: f64 = bnkf::recursive::correction::GATE_NIS;
 
 /// `F` behind a gate. Readings without an innovation pass.
 #[derive(Clone, Debug)]

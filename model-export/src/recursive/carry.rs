@@ -1,6 +1,10 @@
-//! What one flight carries from one filter step to the next.
+//! What one flight carries from one filter step to the next, and its numbers in a row.
 
-use super::scalar::Scalar;
+use bnkf::recursive::memory::{MEANS, Memory, NOTES};
+use bnkf::recursive::motion::{Covariance, State};
+use bnkf::recursive::population::Population;
+use bnkf::recursive::start::start;
+use bnkf::scalar::Scalar;
 
 /// Position, velocity and acceleration, three numbers each.
 pub const STATE: usize = 9;
@@ -8,17 +12,8 @@ pub const STATE: usize = 9;
 pub const COVARIANCE: usize = STATE * (STATE + 1) / 2;
 /// Elevation, azimuth, range and range-rate.
 pub const MEASUREMENT: usize = 4;
-/// Running means of the velocity.
-pub const MEANS: usize = 4;
-/// Numbers that the network writes for itself to read at the next step.
-pub const MEMORY: usize = 9;
 /// Numbers in a [`Carry`].
-pub const CARRY: usize = STATE + COVARIANCE + 4 * MEASUREMENT + 2 + 3 * MEANS + MEMORY;
-
-/// Time constants of the running means of the velocity, seconds.
-pub const MEAN_TIMES_S: [f64; MEANS] = [0.25, 0.7, 2.0, 6.0];
-/// Time constants of the network's own memory, seconds.
-pub const MEMORY_TIMES_S: [f64; MEMORY] = [0.1, 0.15, 0.25, 0.4, 0.7, 1.1, 1.8, 3.0, 5.0];
+pub const CARRY: usize = STATE + COVARIANCE + 4 * MEASUREMENT + 2 + 3 * MEANS + NOTES;
 
 /// Filter state, its covariance and the statistics that the network reads.
 ///
@@ -26,29 +21,29 @@ pub const MEMORY_TIMES_S: [f64; MEMORY] = [0.1, 0.15, 0.25, 0.4, 0.7, 1.1, 1.8, 
 #[derive(Clone, Copy, Debug)]
 pub struct Carry<S> {
     /// Position [m], velocity [m/s], acceleration [m/s^2].
-    pub state: [S; STATE],
+    pub state: State<S>,
     /// Covariance of `state`; both triangles hold the same numbers.
-    pub covariance: [[S; STATE]; STATE],
-    /// Last innovation (elevation, azimuth, range, range-rate) whitened by the Cholesky factor of
-    /// its covariance; fades while nothing is measured.
-    pub innovation: [S; MEASUREMENT],
-    /// Running mean of `innovation` over measurements.
-    pub drift: [S; MEASUREMENT],
-    /// Running mean over measurements of the squares of `innovation`; one is honest.
-    pub squares: [S; MEASUREMENT],
-    /// Natural logarithm of the last measurement's sigmas (rad, rad, m, m/s).
-    pub ln_sigmas: [S; MEASUREMENT],
-    /// Time since the last measurement, seconds.
-    pub coast_s: S,
-    /// Time since the first measurement, seconds.
-    pub age_s: S,
-    /// Running means of the velocity with the times [`MEAN_TIMES_S`], m/s.
-    pub velocity_means: [[S; 3]; MEANS],
-    /// Running means of the network's memory outputs with the times [`MEMORY_TIMES_S`].
-    pub memory: [S; MEMORY],
+    pub covariance: Covariance<S>,
+    /// Statistics of the flight so far.
+    pub memory: Memory<S>,
 }
 
 impl<S: Scalar> Carry<S> {
+    /// The first step: a measurement (elevation, azimuth, range, range-rate) with its standard
+    /// deviations.
+    pub fn start(
+        measured: [S; MEASUREMENT],
+        sigmas: [S; MEASUREMENT],
+        population: &Population<S>,
+    ) -> Self {
+        let (state, covariance) = start(measured, sigmas, population);
+        Self {
+            state,
+            covariance,
+            memory: Memory::start(sigmas, [state[3], state[4], state[5]]),
+        }
+    }
+
     /// Every number in a fixed order; the covariance by rows of its lower triangle.
     pub fn flatten(&self) -> Vec<S> {
         let mut flat = Vec::with_capacity(CARRY);
@@ -56,13 +51,14 @@ impl<S: Scalar> Carry<S> {
         for row in 0..STATE {
             flat.extend(&self.covariance[row][..=row]);
         }
-        flat.extend(self.innovation);
-        flat.extend(self.drift);
-        flat.extend(self.squares);
-        flat.extend(self.ln_sigmas);
-        flat.extend([self.coast_s, self.age_s]);
-        flat.extend(self.velocity_means.iter().flatten());
-        flat.extend(self.memory);
+        let memory = &self.memory;
+        flat.extend(memory.innovation);
+        flat.extend(memory.drift);
+        flat.extend(memory.squares);
+        flat.extend(memory.ln_sigmas);
+        flat.extend([memory.coast_s, memory.age_s]);
+        flat.extend(memory.velocity_means.iter().flatten());
+        flat.extend(memory.notes);
         flat
     }
 
@@ -87,14 +83,16 @@ impl<S: Scalar> Carry<S> {
         Self {
             state,
             covariance,
-            innovation: core::array::from_fn(|_| next()),
-            drift: core::array::from_fn(|_| next()),
-            squares: core::array::from_fn(|_| next()),
-            ln_sigmas: core::array::from_fn(|_| next()),
-            coast_s: next(),
-            age_s: next(),
-            velocity_means: core::array::from_fn(|_| core::array::from_fn(|_| next())),
-            memory: core::array::from_fn(|_| next()),
+            memory: Memory {
+                innovation: core::array::from_fn(|_| next()),
+                drift: core::array::from_fn(|_| next()),
+                squares: core::array::from_fn(|_| next()),
+                ln_sigmas: core::array::from_fn(|_| next()),
+                coast_s: next(),
+                age_s: next(),
+                velocity_means: core::array::from_fn(|_| core::array::from_fn(|_| next())),
+                notes: core::array::from_fn(|_| next()),
+            },
         }
     }
 }

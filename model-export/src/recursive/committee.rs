@@ -1,24 +1,24 @@
 //! Several opinions about the same track: passes of one network with sampled weights, or networks
 //! that were trained apart. Where they disagree about the mean jerk, the filter doubts its motion.
 
-use super::cholesky::{cholesky, forward_substitute};
 use super::encounter::Encounter;
-use super::features::{Normalisation, features};
 use super::model::RecursiveModel;
-use super::schedule::{
-    Base, JERK_NOISE_OUTPUT, JERK_OUTPUT, JERK_SCALE, OUTPUTS, SCHEDULE, Schedule,
-};
-use super::start::Population;
-use super::step::{advance, noted};
+use super::normalisation::Normalisation;
+use super::step::{advance, features_of};
 use bnkf::blob::Blob;
+use bnkf::cholesky::{cholesky, forward_substitute};
 use bnkf::monte_carlo::separate_moments;
 use bnkf::network::{Network, Scratch};
+use bnkf::recursive::population::{Base, Population};
+use bnkf::recursive::schedule::{
+    JERK_NOISE_OUTPUT, JERK_OUTPUT, JERK_SCALE, OUTPUTS, SCHEDULE, Schedule,
+};
 use bnkf::rng::{Generator, seeded};
 
 /// Networks that share one filter. Each keeps its own notes.
 pub struct Committee<'b> {
-    population: Population,
-    base: Base,
+    population: Population<f64>,
+    base: Base<f64>,
     members: Vec<Member<'b>>,
     passes: u16,
 }
@@ -82,7 +82,7 @@ impl<'b> Committee<'b> {
     }
 
     /// What is known before the first measurement.
-    pub fn population(&self) -> &Population {
+    pub fn population(&self) -> &Population<f64> {
         &self.population
     }
 
@@ -105,10 +105,10 @@ impl<'b> Committee<'b> {
                 .map(|(member, notes)| {
                     let mut own = carry;
                     own.memory = *notes;
-                    let list = features(&own, arrival.dt_s);
+                    let list = features_of(&own, arrival.dt_s);
                     let inputs = member.normalisation.apply(&list).map(|x| x as f32);
                     let opinion = sampler.ask(&member.network, &inputs);
-                    *notes = noted::<f64>(notes, &opinion.outputs, arrival.dt_s);
+                    notes.noted(arrival.dt_s, &opinion.outputs[SCHEDULE..]);
                     opinion
                 })
                 .collect();
@@ -178,7 +178,7 @@ struct Doubt {
 }
 
 /// The mean answer, its jerk noise raised by what opinions differ in.
-fn joined(opinions: &[Opinion], base: &Base, dt_s: f64) -> ([f64; OUTPUTS], Doubt) {
+fn joined(opinions: &[Opinion], base: &Base<f64>, dt_s: f64) -> ([f64; OUTPUTS], Doubt) {
     let count = opinions.len() as f64;
     let mean = |value: &dyn Fn(&Opinion) -> f64| opinions.iter().map(value).sum::<f64>() / count;
     let mut outputs = [0.0; OUTPUTS];
@@ -251,7 +251,7 @@ mod tests {
             let followed = alone.follow(encounter, 0);
             let mut carry = encounter.start;
             for (arrival, step) in encounter.arrivals.iter().zip(&followed) {
-                let inputs = normalisation.apply(&features(&carry, arrival.dt_s));
+                let inputs = normalisation.apply(&features_of(&carry, arrival.dt_s));
                 let mut outputs = [0.0; OUTPUTS];
                 let network = Network::new(own.networks().next().unwrap());
                 network.mean_pass(&inputs.map(|x| x as f32), &mut outputs);

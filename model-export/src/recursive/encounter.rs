@@ -1,10 +1,10 @@
 //! One flight as the recursive tracker meets it: a start, then arrivals with the truth beside them.
 
 use super::carry::Carry;
-use super::start::{Population, start};
 use super::step::Arrival;
 use crate::flight::Sample;
 use crate::reading::Reading;
+use bnkf::recursive::population::Population;
 
 /// What the tracker gets, step by step, and where the drone really was.
 #[derive(Clone, Debug)]
@@ -23,7 +23,7 @@ impl Encounter {
     pub fn new(
         samples: &[Sample],
         readings: &[Option<Reading>],
-        population: &Population,
+        population: &Population<f64>,
     ) -> Option<Self> {
         let first = readings.first()?.as_ref()?;
         let (measurement, sigmas) = polar(first);
@@ -43,7 +43,7 @@ impl Encounter {
             });
         }
         Some(Self {
-            start: start(&measurement, &sigmas, population),
+            start: Carry::start(measurement, sigmas, population),
             arrivals,
             truths_m: samples[1..]
                 .iter()

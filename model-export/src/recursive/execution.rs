@@ -3,9 +3,9 @@
 //! No multiply-add is fused, so every instruction set gives the bits of plain `f64`.
 
 use super::lanes::{LANES, Lanes};
-use super::scalar::Scalar;
 use super::tape::Operation;
 use crate::kernel::tier::per_tier;
+use bnkf::scalar::Scalar;
 
 per_tier! {
     /// Fills `values`, one for every operation; constants must stand there already.

@@ -1,14 +1,15 @@
 //! A trained recursive estimator and the blob that holds it.
 
-use super::features::{FEATURES, Normalisation};
 use super::network::Network;
+use super::normalisation::Normalisation;
 use super::sampling::Sampling;
-use super::schedule::{Base, OUTPUTS};
-use super::start::Population;
 use crate::blob_writer::{self, BlobContents, write_blob};
 use crate::gaussian_weights::GaussianWeights;
 use crate::quantise::{QuantisedLayer, quantise};
 use bnkf::blob::{Blob, BlobError, FeatureLayout, Kind};
+use bnkf::recursive::features::FEATURES;
+use bnkf::recursive::population::{self, Base, Population};
+use bnkf::recursive::schedule::OUTPUTS;
 
 /// Passes by default: one, every weight at its mean.
 pub const PASSES: u16 = 1;
@@ -17,9 +18,9 @@ pub const PASSES: u16 = 1;
 #[derive(Clone, Debug)]
 pub struct RecursiveModel {
     /// What is known before the first measurement.
-    pub population: Population,
+    pub population: Population<f64>,
     /// The motion model of a network that answers zero.
-    pub base: Base,
+    pub base: Base<f64>,
     /// Of the features.
     pub normalisation: Normalisation,
     /// The network.
@@ -54,29 +55,14 @@ impl RecursiveModel {
         })
     }
 
-    /// What a recursive blob holds beside its network, the inverse of [`parameters`]; `None` for a blob of another kind.
-    pub fn surroundings(blob: &Blob<'_>) -> Option<(Population, Base, Normalisation)> {
+    /// What a recursive blob holds beside its network, its population, base and normalisation; `None` for a blob of another kind.
+    pub fn surroundings(blob: &Blob<'_>) -> Option<(Population<f64>, Base<f64>, Normalisation)> {
         if blob.kind() != Kind::Recursive {
             return None;
         }
-        let p: Vec<f64> = blob.parameters().iter().map(f64::from).collect();
+        let (population, base) = population::read(blob.parameters());
         let pairs = blob.input_normalisation();
         let pair = |index| f64::from(pairs.get(index));
-        let population = Population {
-            range_m: p[0],
-            range_sigma_m: p[1],
-            elevation_rad: p[2],
-            elevation_sigma_rad: p[3],
-            horizontal_sigma_mps: p[4],
-            vertical_sigma_mps: p[5],
-            acceleration_sigma_mps2: p[6],
-        };
-        let base = Base {
-            decay_hz: p[7],
-            jerk_noise: p[8],
-            acceleration_noise: p[9],
-            velocity_noise: p[10],
-        };
         let normalisation = Normalisation {
             offset: core::array::from_fn(|i| pair(2 * i)),
             gain: core::array::from_fn(|i| pair(2 * i + 1)),
@@ -106,31 +92,12 @@ impl RecursiveModel {
             kind: Kind::Recursive,
             features: FeatureLayout::Recursive64,
             passes: PASSES,
-            parameters: parameters(&self.population, &self.base),
+            parameters: population::parameters(&self.population, &self.base).to_vec(),
             inputs: (0..FEATURES).map(input).collect(),
             outputs: vec![unchanged; OUTPUTS],
             networks: vec![self.layers()],
         })
     }
-}
-
-/// A recursive blob's parameters in their order; `firmware/BLOB.md` lists them.
-pub fn parameters(population: &Population, base: &Base) -> Vec<f32> {
-    [
-        population.range_m,
-        population.range_sigma_m,
-        population.elevation_rad,
-        population.elevation_sigma_rad,
-        population.horizontal_sigma_mps,
-        population.vertical_sigma_mps,
-        population.acceleration_sigma_mps2,
-        base.decay_hz,
-        base.jerk_noise,
-        base.acceleration_noise,
-        base.velocity_noise,
-    ]
-    .map(|value| value as f32)
-    .to_vec()
 }
 
 /// What was sampled when `weights` were trained.

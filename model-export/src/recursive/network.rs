@@ -4,12 +4,12 @@
 use super::network_gradient::Gradient;
 use super::network_shape::{LAYERS, OFFSETS, PARAMETERS, SHAPES, places};
 use super::sampling::Sampling;
-use super::schedule::OUTPUTS;
 use super::weights::Weights;
 use crate::architecture::Architecture;
 use crate::gaussian_weights::GaussianWeights;
 use crate::kernel::{AdamStep, Aligned, Moments, Posterior, Tier, adam};
 use crate::random_source::RandomSource;
+use bnkf::recursive::schedule::OUTPUTS;
 
 /// Standard deviation of the prior of every weight, zero mean.
 pub const PRIOR_SIGMA: f32 = 0.3;

@@ -1,9 +1,9 @@
 //! Layers of the recursive network, and where their numbers lie: padded for the kernels, or as in
 //! blobs.
 
-use super::features::FEATURES;
-use super::schedule::OUTPUTS;
 use crate::architecture::LayerShape;
+use bnkf::recursive::features::FEATURES;
+use bnkf::recursive::schedule::OUTPUTS;
 
 /// Neurons of a hidden layer.
 pub const HIDDEN: usize = 64;

@@ -214,11 +214,11 @@ impl Pass {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recursive::features::FEATURES;
     use crate::recursive::network::Network;
     use crate::recursive::network_shape::PARAMETERS;
     use crate::recursive::sampling::Sampling;
-    use crate::recursive::schedule::OUTPUTS;
+    use bnkf::recursive::features::FEATURES;
+    use bnkf::recursive::schedule::OUTPUTS;
 
     /// Sum of the outputs times fixed numbers, for the same noise at every call.
     fn loss(network: &Network, features: &[f32], sampling: Sampling) -> f64 {

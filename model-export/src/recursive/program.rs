@@ -119,7 +119,7 @@ impl Program {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recursive::scalar::Scalar;
+    use bnkf::scalar::Scalar;
 
     fn every_operation<S: Scalar>(x: S, y: S) -> [S; 5] {
         let c = S::constant;

@@ -4,11 +4,11 @@ use super::augmentation::Augmentation;
 use super::encounter::Encounter;
 use super::sampling::Sampling;
 use super::sensor::Sensor;
-use super::start::Population;
 use crate::flight::Flight;
 use crate::random_source::RandomSource;
 use crate::seed::name_id;
 use crate::volume::Volume;
+use bnkf::recursive::population::Population;
 use serde::{Deserialize, Serialize};
 
 /// Time between two of them, seconds.
@@ -97,7 +97,7 @@ impl Recipe {
     pub fn encounter(
         &self,
         flights: &[Flight],
-        population: &Population,
+        population: &Population<f64>,
         episode: u64,
         lane: usize,
     ) -> Option<Encounter> {

@@ -2,12 +2,12 @@
 
 use super::batch::Batch;
 use super::carry::Carry;
-use super::cholesky::{cholesky, forward_substitute};
 use super::encounter::Encounter;
 use super::lanes::LANES;
 use super::step_programs::Programs;
 use super::unrolled::{LOSS_LIMIT, Unrolled};
 use super::weights::Weights;
+use bnkf::cholesky::{cholesky, forward_substitute};
 use rayon::prelude::*;
 use serde::Serialize;
 

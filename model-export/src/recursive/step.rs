@@ -1,14 +1,16 @@
 //! One step of the recursive tracker: predict under a schedule, correct, remember.
 
-use super::carry::{CARRY, Carry, MEAN_TIMES_S, MEANS, MEASUREMENT, MEMORY, MEMORY_TIMES_S, STATE};
-use super::cholesky::{cholesky, forward_substitute};
-use super::correction::correct;
-use super::features::{FEATURES, Normalisation, features};
-use super::line_of_sight::LineOfSight;
-use super::motion::{Matrix, predict};
+use super::carry::{CARRY, Carry, MEASUREMENT, STATE};
+use super::normalisation::Normalisation;
 use super::program::Program;
-use super::scalar::Scalar;
-use super::schedule::{Base, OUTPUTS, SCHEDULE, Schedule};
+use bnkf::cholesky::{cholesky, forward_substitute};
+use bnkf::recursive::correction::{GATE_NIS, correct};
+use bnkf::recursive::features::{FEATURES, features};
+use bnkf::recursive::motion::{Covariance, State, predict};
+use bnkf::recursive::population::Base;
+use bnkf::recursive::schedule::{OUTPUTS, SCHEDULE, Schedule};
+use bnkf::recursive::sight::LineOfSight;
+use bnkf::scalar::Scalar;
 
 /// What arrives at one step.
 #[derive(Clone, Copy, Debug)]
@@ -39,87 +41,78 @@ pub const FILTER_OUTPUTS: usize = CARRY + 3;
 /// Inputs of the feature program: carry, then the time step.
 pub const FEATURE_INPUTS: usize = CARRY + 1;
 
+/// The features of a prediction over `dt_s` seconds, before normalisation.
+pub fn features_of<S: Scalar>(carry: &Carry<S>, dt_s: S) -> [S; FEATURES] {
+    let sight = sight_of(carry);
+    features(&carry.state, &carry.covariance, &carry.memory, &sight, dt_s)
+}
+
+/// The line of sight to where a carry's state is.
+pub fn sight_of<S: Scalar>(carry: &Carry<S>) -> LineOfSight<S> {
+    LineOfSight::to([carry.state[0], carry.state[1], carry.state[2]])
+}
+
 /// Advances `carry` by one step under the motion model that the network `outputs` schedule.
+///
+/// The firmware's own parts in the firmware's order; what it decides by a branch (a gap, the gate)
+/// is a factor of one or zero here, so that every lane of flights runs the same operations.
 pub fn advance<S: Scalar>(
     carry: &Carry<S>,
     outputs: &[S],
     arrival: &Arrival<S>,
-    base: &Base,
+    base: &Base<f64>,
 ) -> Carry<S> {
-    let c = S::constant;
-    let one = c(1.0);
-    let position = [carry.state[0], carry.state[1], carry.state[2]];
-    let schedule = Schedule::read(outputs, base);
-    let (predicted, spread) = predict(
+    let schedule = Schedule::read(outputs, &base.known());
+    let sight = sight_of(carry);
+    let (state, covariance) = predict(
         &carry.state,
         &carry.covariance,
-        &LineOfSight::to(position),
+        &sight,
         &schedule,
         arrival.dt_s,
     );
-    let m = arrival.measured;
-    let scale = schedule.sensor_scale;
-    let scale = [scale[0], scale[0], scale[1], scale[2]];
-    let corrected = correct(
-        &predicted,
-        &spread,
+    let (corrected, whitened) = correct(
+        &state,
+        &covariance,
         &arrival.measurement,
-        &core::array::from_fn(|i| arrival.sigmas[i] * arrival.sigmas[i] * scale[i]),
-        m,
+        &arrival.sigmas,
+        schedule.sensor_scale,
     );
-    let between = |old: S, new: S, weight: S| old + weight * (new - old);
-    let age_s = carry.age_s + arrival.dt_s;
-    Carry {
-        state: corrected.state,
-        covariance: corrected.covariance,
-        innovation: core::array::from_fn(|i| {
-            between(c(0.8) * carry.innovation[i], corrected.whitened[i], m)
-        }),
-        drift: core::array::from_fn(|i| {
-            let bounded = corrected.whitened[i].clamp(-5.0, 5.0);
-            between(carry.drift[i], bounded, c(0.15) * m)
-        }),
-        squares: core::array::from_fn(|i| {
-            let square = corrected.whitened[i] * corrected.whitened[i];
-            between(carry.squares[i], square.min(c(25.0)), c(0.1) * m)
-        }),
-        ln_sigmas: core::array::from_fn(|i| between(carry.ln_sigmas[i], arrival.sigmas[i].ln(), m)),
-        coast_s: (one - corrected.used) * (carry.coast_s + arrival.dt_s),
-        age_s,
-        velocity_means: core::array::from_fn(|i: usize| {
-            debug_assert!(i < MEANS);
-            // A plain mean until the flight is older than the time constant.
-            let weight = fading_weight(arrival.dt_s, MEAN_TIMES_S[i]).max(arrival.dt_s / age_s);
-            core::array::from_fn(|axis| {
-                between(
-                    carry.velocity_means[i][axis],
-                    corrected.state[3 + axis],
-                    weight,
-                )
-            })
-        }),
-        memory: noted(&carry.memory, outputs, arrival.dt_s),
+    let measured = arrival.measured;
+    let used = measured * (S::constant(GATE_NIS) - corrected.nis).step();
+    let between = |from: S, to: S, weight: S| from + weight * (to - from);
+    let mut next = Carry {
+        state: core::array::from_fn(|i| between(state[i], corrected.state[i], used)),
+        covariance,
+        memory: carry.memory,
+    };
+    for row in 0..STATE {
+        for column in 0..=row {
+            let corrected = corrected.covariance[row][column];
+            next.covariance[row][column] = between(covariance[row][column], corrected, used);
+            next.covariance[column][row] = next.covariance[row][column];
+        }
     }
-}
-
-/// The network's memory after it answered with `outputs`.
-pub(super) fn noted<S: Scalar>(memory: &[S; MEMORY], outputs: &[S], dt_s: S) -> [S; MEMORY] {
-    core::array::from_fn(|i: usize| {
-        debug_assert!(i < MEMORY);
-        let weight = fading_weight(dt_s, MEMORY_TIMES_S[i]);
-        memory[i] + weight * (outputs[SCHEDULE + i].tanh() - memory[i])
-    })
-}
-
-/// Weight of the newest value in a running mean with a time constant.
-fn fading_weight<S: Scalar>(dt_s: S, time_s: f64) -> S {
-    -((dt_s * S::constant(-1.0 / time_s)).exp_m1())
+    let (mut seen, mut unseen) = (carry.memory, carry.memory);
+    seen.measured(whitened, arrival.sigmas);
+    unseen.missed();
+    let blend = |unseen: [S; MEASUREMENT], seen: [S; MEASUREMENT]| {
+        core::array::from_fn(|i| between(unseen[i], seen[i], measured))
+    };
+    next.memory.innovation = blend(unseen.innovation, seen.innovation);
+    next.memory.drift = blend(unseen.drift, seen.drift);
+    next.memory.squares = blend(unseen.squares, seen.squares);
+    next.memory.ln_sigmas = blend(unseen.ln_sigmas, seen.ln_sigmas);
+    let velocity = [next.state[3], next.state[4], next.state[5]];
+    next.memory
+        .stepped(arrival.dt_s, used, velocity, &outputs[SCHEDULE..]);
+    next
 }
 
 /// Negative log-likelihood of a position under the state's Gaussian, nats.
 pub fn position_surprise<S: Scalar>(
-    state: &[S; STATE],
-    covariance: &Matrix<S>,
+    state: &State<S>,
+    covariance: &Covariance<S>,
     truth: [S; 3],
 ) -> S {
     let block: [[S; 3]; 3] =
@@ -135,7 +128,7 @@ pub fn position_surprise<S: Scalar>(
 }
 
 /// Distance from a position, metres. It has a slope everywhere, also where it is zero.
-fn position_distance<S: Scalar>(state: &[S; STATE], truth: [S; 3]) -> S {
+fn position_distance<S: Scalar>(state: &State<S>, truth: [S; 3]) -> S {
     let mut square = S::constant(1e-12);
     for axis in 0..3 {
         let error = state[axis] - truth[axis];
@@ -145,7 +138,7 @@ fn position_distance<S: Scalar>(state: &[S; STATE], truth: [S; 3]) -> S {
 }
 
 /// Records the step between the network and the next features.
-pub fn filter_program(base: &Base) -> Program {
+pub fn filter_program(base: &Base<f64>) -> Program {
     Program::record(FILTER_INPUTS, |inputs| {
         let (carry, rest) = inputs.split_at(CARRY);
         let (outputs, rest) = rest.split_at(OUTPUTS);
@@ -171,7 +164,7 @@ pub fn filter_program(base: &Base) -> Program {
 pub fn feature_program(normalisation: &Normalisation) -> Program {
     Program::record(FEATURE_INPUTS, |inputs| {
         let (carry, dt_s) = inputs.split_at(CARRY);
-        let features: [_; FEATURES] = features(&Carry::unflatten(carry), dt_s[0]);
+        let features: [_; FEATURES] = features_of(&Carry::unflatten(carry), dt_s[0]);
         normalisation.apply(&features).to_vec()
     })
 }
@@ -180,7 +173,7 @@ pub fn feature_program(normalisation: &Normalisation) -> Program {
 mod tests {
     use super::*;
     use crate::recursive::lanes::{LANES, Lanes, ZERO};
-    use crate::recursive::start::{Population, start};
+    use bnkf::recursive::population::Population;
 
     const SIGMAS: [f64; 4] = [0.01, 0.012, 10.0, 0.1];
 
@@ -217,7 +210,7 @@ mod tests {
 
     #[test]
     fn the_base_model_follows_a_circle() {
-        let mut carry = start(&reading(0.0), &SIGMAS, &Population::PAPER);
+        let mut carry = Carry::start(reading(0.0), SIGMAS, &Population::PAPER);
         for k in 1..150 {
             let inputs = step_inputs(&carry, &[], k, f64::from(u8::from(k % 15 < 8)));
             let (arrival, _) = inputs[CARRY..].split_at(ARRIVAL);
@@ -241,7 +234,7 @@ mod tests {
     fn the_program_is_the_plain_step_and_its_gradient_is_right() {
         let program = filter_program(&Base::DRONE);
         let mut workspace = program.workspace();
-        let mut carry = start(&reading(0.0), &SIGMAS, &Population::PAPER).flatten();
+        let mut carry = Carry::start(reading(0.0), SIGMAS, &Population::PAPER).flatten();
         let wave: Vec<f64> = (0..OUTPUTS).map(|i| 0.3 * (1.7 * i as f64).sin()).collect();
         let mut outputs = vec![ZERO; FILTER_OUTPUTS];
         for k in 1..20 {

@@ -1,9 +1,9 @@
 //! One step of the filter as the two programs that a window repeats: before the network, after it.
 
-use super::features::Normalisation;
+use super::normalisation::Normalisation;
 use super::program::Program;
-use super::schedule::Base;
 use super::step::{feature_program, filter_program};
+use bnkf::recursive::population::Base;
 
 /// The two recorded programs of a step.
 #[derive(Clone, Debug)]
@@ -14,7 +14,7 @@ pub struct Programs {
 
 impl Programs {
     /// Records both.
-    pub fn new(base: &Base, normalisation: &Normalisation) -> Self {
+    pub fn new(base: &Base<f64>, normalisation: &Normalisation) -> Self {
         Self {
             features: feature_program(normalisation),
             filter: filter_program(base),

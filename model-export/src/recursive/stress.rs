@@ -345,12 +345,11 @@ pub fn table(found: &[(Hardship, Tally)]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recursive::features::Normalisation;
     use crate::recursive::model::RecursiveModel;
     use crate::recursive::network::Network;
+    use crate::recursive::normalisation::Normalisation;
     use crate::recursive::sampling::Sampling;
-    use crate::recursive::schedule::Base;
-    use crate::recursive::start::Population;
+    use bnkf::recursive::population::{Base, Population};
 
     #[test]
     fn courses_hold_what_they_promise() {

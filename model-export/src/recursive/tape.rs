@@ -7,7 +7,7 @@ use core::cell::RefCell;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 use std::collections::HashMap;
 
-use super::scalar::Scalar;
+use bnkf::scalar::Scalar;
 
 /// One operation; the numbers name earlier operations of the same tape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

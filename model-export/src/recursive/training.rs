@@ -3,22 +3,25 @@
 use super::batch::Batch;
 use super::checkpoint::{Checkpoint, CheckpointError};
 use super::encounter::Encounter;
-use super::features::{FEATURES, Normalisation, features};
 use super::lanes::LANES;
 use super::model::RecursiveModel;
 use super::network::Network;
 use super::network_gradient::Gradient;
+use super::normalisation::Normalisation;
+use super::population::population_of;
 use super::recipe::Recipe;
 use super::sampling::Sampling;
-use super::schedule::{Base, OUTPUTS};
-use super::start::Population;
 use super::step::advance;
+use super::step::features_of;
 use super::step_programs::Programs;
 use super::unrolled::{Unrolled, WindowLoss};
 use crate::data_hash::of_flights;
 use crate::flight::Flight;
 use crate::kernel::Tier;
 use crate::seed::{derive, name_id};
+use bnkf::recursive::features::FEATURES;
+use bnkf::recursive::population::{Base, Population};
+use bnkf::recursive::schedule::OUTPUTS;
 use rayon::prelude::*;
 
 /// Batches are cut into this many parts, whose gradients are added in order: the result does not
@@ -66,11 +69,11 @@ pub struct Training<'f> {
     /// What is trained, and how.
     pub recipe: Recipe,
     /// The start's prior, measured on the flights.
-    pub population: Population,
+    pub population: Population<f64>,
     /// The features' normalisation, measured on the base model.
     pub normalisation: Normalisation,
     /// The model of a network that answers zero.
-    pub base: Base,
+    pub base: Base<f64>,
     /// The network.
     pub network: Network,
     /// Episodes done.
@@ -104,7 +107,7 @@ impl<'f> Training<'f> {
                 unit: SHARDS * LANES,
             });
         }
-        let population = Population::of(flights).ok_or(TrainingError::NoFlights)?;
+        let population = population_of(flights).ok_or(TrainingError::NoFlights)?;
         let base = Base::DRONE;
         let normalisation = measure_features(&recipe, flights, &population, &base);
         Ok(Self {
@@ -258,8 +261,8 @@ impl<'f> Training<'f> {
 fn measure_features(
     recipe: &Recipe,
     flights: &[Flight],
-    population: &Population,
-    base: &Base,
+    population: &Population<f64>,
+    base: &Base<f64>,
 ) -> Normalisation {
     let lists: Vec<Vec<[f64; FEATURES]>> = (0..NORMALISATION_ENCOUNTERS)
         .into_par_iter()
@@ -269,7 +272,7 @@ fn measure_features(
             let mut carry = encounter.start;
             let mut list = Vec::with_capacity(encounter.arrivals.len());
             for arrival in &encounter.arrivals {
-                list.push(features(&carry, arrival.dt_s));
+                list.push(features_of(&carry, arrival.dt_s));
                 carry = advance(&carry, &[0.0; OUTPUTS], arrival, base);
             }
             Some(list)
@@ -277,7 +280,7 @@ fn measure_features(
         .collect();
     let mut normalisation = Normalisation::IDENTITY;
     // The network's own memory is bounded already, and silent under the base model.
-    for feature in 0..FEATURES - super::carry::MEMORY {
+    for feature in 0..FEATURES - bnkf::recursive::memory::NOTES {
         let values = || {
             lists
                 .iter()

@@ -2,11 +2,11 @@
 
 use super::encounter::Encounter;
 use super::score::Score;
-use super::start::Population;
 use crate::flight::{Flight, Sample};
 use crate::radar_sampling::time_us;
 use crate::reading::Reading;
 use bnkf::blob::Blob;
+use bnkf::recursive::population::Population;
 use bnkf::{Correction, Estimate, Measurement, Mode, Settings, StepError, Tracker, TrackerError};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -65,7 +65,7 @@ impl Cell {
     }
 
     /// The trials as the training's filter meets them.
-    pub fn encounters(&self, population: &Population) -> Vec<Encounter> {
+    pub fn encounters(&self, population: &Population<f64>) -> Vec<Encounter> {
         let trials = self.trials.iter();
         trials
             .filter_map(|trial| Encounter::new(&trial.samples, &trial.readings, population))

@@ -4,13 +4,11 @@ use core::ops::Range;
 
 use super::batch::Batch;
 use super::carry::CARRY;
-use super::features::FEATURES;
 use super::lanes::{LANES, Lanes, ZERO};
 use super::network_gradient::Gradient;
 use super::network_shape::OUTPUT_COLUMNS;
 use super::pass::Pass;
 use super::program::Workspace;
-use super::schedule::OUTPUTS;
 use super::step::{
     ARRIVAL, DEVIATION, DISTANCE, FEATURE_INPUTS, FILTER_INPUTS, FILTER_OUTPUTS, SURPRISE,
 };
@@ -18,6 +16,8 @@ use super::step_programs::Programs;
 use super::weights::Weights;
 use crate::kernel::Tier;
 use crate::seed::derive;
+use bnkf::recursive::features::FEATURES;
+use bnkf::recursive::schedule::OUTPUTS;
 
 /// Negative log-likelihood above which a step is lost: it counts as this much and teaches nothing.
 pub const LOSS_LIMIT: f64 = 60.0;

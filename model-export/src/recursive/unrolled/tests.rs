@@ -3,13 +3,13 @@
 use super::*;
 use crate::generator::{GeneratorSettings, generate};
 use crate::recursive::carry::Carry;
-use crate::recursive::features::Normalisation;
 use crate::recursive::network::Network;
 use crate::recursive::network_shape::{LAYERS, PARAMETERS};
+use crate::recursive::normalisation::Normalisation;
+use crate::recursive::population::population_of;
 use crate::recursive::recipe::Recipe;
 use crate::recursive::sampling::Sampling;
-use crate::recursive::schedule::Base;
-use crate::recursive::start::Population;
+use bnkf::recursive::population::Base;
 
 const STEPS: usize = 25;
 
@@ -19,7 +19,7 @@ fn batches() -> Vec<Batch> {
         ..GeneratorSettings::default()
     };
     let flights = generate(&settings).unwrap();
-    let population = Population::of(&flights).unwrap();
+    let population = population_of(&flights).unwrap();
     let encounters: Vec<_> = (0..2 * LANES)
         .filter_map(|lane| Recipe::DEFAULT.encounter(&flights, &population, 0, lane))
         .collect();

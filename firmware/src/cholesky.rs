@@ -1,6 +1,6 @@
 //! The triangular factor of a covariance, and solving with it.
 
-use super::scalar::Scalar;
+use crate::scalar::Scalar;
 
 /// Lower factor `L` of `L L'`, reading the lower triangle. Pivots are kept above 1e-14.
 pub fn cholesky<S: Scalar, const N: usize>(matrix: &[[S; N]; N]) -> [[S; N]; N] {
