@@ -12,7 +12,7 @@ mod reader;
 
 pub use error::{BlobError, BlobField};
 pub use floats::Floats;
-pub use kind::{FeatureLayout, Kind};
+pub use kind::{FeatureLayout, Kind, ParameterLimits};
 pub use network_view::{LayerView, NetworkView};
 
 use crc::{CRC_32_ISO_HDLC, Crc};
@@ -71,18 +71,20 @@ impl<'a> Blob<'a> {
         if !(1..=field::PASSES_MAX).contains(&u16_at(bytes, field::PASSES.start)) {
             return Err(Invalid(BlobField::Passes));
         }
-        if parameters != kind.parameters() {
+        if parameters != kind.parameter_limits().len() {
             return Err(Invalid(BlobField::Parameters));
         }
         let mut reader = Reader {
             bytes,
             at: field::HEADER_LEN,
         };
-        for (index, value) in reader.floats(parameters)?.iter().enumerate() {
-            // A mean elevation may lie below the horizon; everything else is a size.
-            let signed = kind == Kind::Recursive && index == field::PARAMETER_ELEVATION;
-            if !(value.is_finite() && (value > 0.0 || signed)) {
-                return Err(Invalid(BlobField::Parameters));
+        for (value, parameter) in reader
+            .floats(parameters)?
+            .iter()
+            .zip(kind.parameter_limits())
+        {
+            if !(parameter.least..=parameter.most).contains(&value) {
+                return Err(BlobError::Parameter(parameter.name));
             }
         }
         reader.normalisation(inputs, BlobField::InputNormalisation)?;

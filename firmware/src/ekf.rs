@@ -6,6 +6,7 @@
 //! costs the covariance the outer product of one vector, so it stays symmetric to the bit; what
 //! cannot be corrected is refused, never repaired in silence.
 
+use crate::measurement::Vectors;
 use crate::radar::{Converted, innovations, predict};
 use crate::scalar::Scalar;
 
@@ -64,9 +65,9 @@ impl<const N: usize> Corrected<f32, N> {
 
 /// Least variance of a measured position along one axis, m^2: a millimetre.
 const AXIS_VARIANCE_MIN_M2: f32 = 1e-6;
-/// Least variance of a measured position along one axis, as a part of the position's own: below it
-/// rounding would decide the corrected variance.
-const AXIS_VARIANCE_MIN_PART: f32 = 1e-5;
+/// Least variance of a measurement's noise, as a part of what the state already doubts it by: below
+/// it rounding in single precision would decide the corrected variance.
+const NOISE_MIN_PART: f64 = 1e-5;
 
 /// Corrects a position with a measured one (paper Eq. 12-13, H = I).
 ///
@@ -88,17 +89,16 @@ pub fn correct_position(
     };
     for (axis, sigma) in measured.axes.iter().zip(measured.sigmas_m) {
         let axis: [f32; 3] = (*axis).into();
-        let own = dot(&axis, &times(&corrected.covariance, &axis)) * AXIS_VARIANCE_MIN_PART;
-        let noise = (sigma * sigma).max(AXIS_VARIANCE_MIN_M2).max(own);
+        let noise = (sigma * sigma).max(AXIS_VARIANCE_MIN_M2);
         let away = core::array::from_fn(|i| measured.position[i] - corrected.state[i]);
-        correct_scalar(&mut corrected, &axis, dot(&axis, &away), noise);
+        correct_scalar(&mut corrected, &axis, dot(&axis, &away), noise, 1.0);
     }
     corrected.checked()
 }
 
 /// Corrects a state that starts with position (m) and, if `N >= 6`, velocity (m/s), with the
 /// polar measurement itself: elevation, azimuth, range and, with a velocity, range-rate, whose
-/// noise has these variances.
+/// noise has these variances. A channel that is not present changes nothing.
 ///
 /// The Jacobian is taken at the prior. Because the noise is independent per component, the four
 /// scalar corrections in turn equal the joint one. Also returns the innovations whitened in turn,
@@ -107,7 +107,7 @@ pub fn correct_position(
 pub fn correct_polar<S: Scalar, const N: usize>(
     state: &[S; N],
     covariance: &[[S; N]; N],
-    measured: &[S; 4],
+    vectors: &Vectors<S>,
     variances: &[S; 4],
 ) -> (Corrected<S, N>, [S; 4]) {
     const {
@@ -131,7 +131,7 @@ pub fn correct_polar<S: Scalar, const N: usize>(
         covariance: *covariance,
         nis: zero,
     };
-    let innovations = innovations(measured, &predicted.measurement);
+    let innovations = innovations(&vectors.measured, &predicted.measurement);
     let mut whitened = [zero; 4];
     for row in 0..if has_velocity { 4 } else { 3 } {
         let mut derivative = [zero; N];
@@ -143,23 +143,33 @@ pub fn correct_polar<S: Scalar, const N: usize>(
         }
         let moved = core::array::from_fn(|i| corrected.state[i] - state[i]);
         let innovation = innovations[row] - dot(&derivative, &moved);
-        whitened[row] = correct_scalar(&mut corrected, &derivative, innovation, variances[row]);
+        let present = vectors.present[row];
+        whitened[row] = correct_scalar(
+            &mut corrected,
+            &derivative,
+            innovation,
+            variances[row],
+            present,
+        );
     }
     (corrected, whitened)
 }
 
 /// One scalar correction, `P - g g' / s` with `g = P h` and `s = h' g + r`, which equals Joseph's form
-/// in exact arithmetic; returns the innovation over its standard deviation, which is not a number
-/// where the innovation's variance is not positive.
+/// in exact arithmetic, or none where `present` is zero; returns the innovation over its standard
+/// deviation, which is not a number where the innovation's variance is not positive.
 fn correct_scalar<S: Scalar, const N: usize>(
     corrected: &mut Corrected<S, N>,
     derivative: &[S; N],
     innovation: S,
     noise: S,
+    present: S,
 ) -> S {
     let cross = times(&corrected.covariance, derivative);
-    let innovation_variance = dot(derivative, &cross) + noise;
-    let gain = cross.map(|cross| cross / innovation_variance);
+    let spread = dot(derivative, &cross);
+    let innovation_variance = spread + noise.max(S::constant(NOISE_MIN_PART) * spread);
+    let weight = present / innovation_variance;
+    let gain = cross.map(|cross| cross * weight);
     for (value, gain) in corrected.state.iter_mut().zip(gain) {
         *value = *value + gain * innovation;
     }
@@ -170,7 +180,7 @@ fn correct_scalar<S: Scalar, const N: usize>(
             corrected.covariance[j][i] = value;
         }
     }
-    let whitened = innovation / innovation_variance.sqrt();
+    let whitened = present * innovation / innovation_variance.sqrt();
     corrected.nis = corrected.nis + whitened * whitened;
     whitened
 }
@@ -198,27 +208,21 @@ fn dot<S: Scalar, const N: usize>(a: &[S; N], b: &[S; N]) -> S {
 mod tests {
     use super::*;
     use crate::gaussian::standard_normal;
+    use crate::measurement::Sensed;
     use crate::radar::position;
     use crate::rng::seeded;
-    use crate::{Measurement, Sigmas};
     use nalgebra::{Matrix3, Matrix4, Matrix6, SMatrix, Vector3, Vector4, Vector6};
 
-    const SIGMAS: Sigmas = Sigmas {
-        range_m: 2.0,
-        elevation_rad: 0.02,
-        azimuth_rad: 0.03,
-        range_rate_mps: 0.2,
-    };
+    /// Elevation, azimuth, range, range-rate and their standard deviations.
+    const MEASURED: [f32; 4] = [0.4, 3.1, 34.0, -1.2];
+    const SIGMAS: [f32; 4] = [0.02, 0.03, 2.0, 0.2];
 
-    fn measurement() -> Measurement {
-        Measurement {
-            time_us: 0,
-            range_m: 34.0,
-            elevation_rad: 0.4,
-            azimuth_rad: 3.1,
-            range_rate_mps: -1.2,
-            sigmas: SIGMAS,
-        }
+    fn measured_position() -> Converted {
+        let [elevation, azimuth, range, _] = core::array::from_fn(|i| Sensed {
+            value: MEASURED[i],
+            sigma: SIGMAS[i],
+        });
+        crate::radar::converted(range, elevation, azimuth)
     }
 
     fn prior() -> (Vector6<f32>, Matrix6<f32>) {
@@ -236,9 +240,9 @@ mod tests {
         state: Vector6<f32>,
         covariance: Matrix6<f32>,
     ) -> Result<Corrected<f32, 6>, EkfError> {
-        let variances = SIGMAS.in_order().map(|sigma| sigma * sigma);
-        let measured = measurement().in_order();
-        correct_polar(&state.into(), &covariance.into(), &measured, &variances)
+        let variances = SIGMAS.map(|sigma| sigma * sigma);
+        let vectors = Vectors::whole(MEASURED, SIGMAS);
+        correct_polar(&state.into(), &covariance.into(), &vectors, &variances)
             .0
             .checked()
     }
@@ -259,19 +263,10 @@ mod tests {
                 _ => 0.0,
             })
         });
-        let m = measurement();
         let mut innovation =
-            Vector4::new(m.elevation_rad, m.azimuth_rad, m.range_m, m.range_rate_mps)
-                .map(f64::from)
-                - Vector4::from(p.measurement).map(f64::from);
+            Vector4::from(MEASURED).map(f64::from) - Vector4::from(p.measurement).map(f64::from);
         innovation[1] -= core::f64::consts::TAU;
-        let r = [
-            SIGMAS.elevation_rad,
-            SIGMAS.azimuth_rad,
-            SIGMAS.range_m,
-            SIGMAS.range_rate_mps,
-        ]
-        .map(|s| f64::from(s) * f64::from(s));
+        let r = SIGMAS.map(|sigma| f64::from(sigma).powi(2));
         let covariance = covariance.map(f64::from);
         let s: Matrix4<f64> = h * covariance * h.transpose() + Matrix4::from_diagonal(&r.into());
         let inverse = s.try_inverse().unwrap();
@@ -287,6 +282,56 @@ mod tests {
         assert!((f64::from(corrected.nis) - innovation.dot(&(inverse * innovation))).abs() < 1e-3);
     }
 
+    /// What was not measured changes nothing, whatever stands in its place.
+    #[test]
+    fn an_absent_channel_has_no_part() {
+        let (state, covariance) = prior();
+        let variances = SIGMAS.map(|sigma| sigma * sigma);
+        let with = |vectors: &Vectors<f32>, variances: &[f32; 4]| {
+            correct_polar(&state.into(), &covariance.into(), vectors, variances)
+        };
+        for missing in 0..4 {
+            let mut vectors = Vectors::whole(MEASURED, SIGMAS);
+            vectors.present[missing] = 0.0;
+            let (got, whitened) = with(&vectors, &variances);
+            vectors.measured[missing] += 0.5;
+            let (other, _) = with(&vectors, &variances);
+            assert_eq!(got.state, other.state);
+            assert_eq!(whitened[missing], 0.0);
+            // A noise that drowns everything is the same, but for rounding.
+            vectors.present[missing] = 1.0;
+            let mut drowned = variances;
+            drowned[missing] = 1e12;
+            let (expected, _) = with(&vectors, &drowned);
+            for i in 0..6 {
+                assert!((got.state[i] - expected.state[i]).abs() < 1e-4);
+            }
+            assert!((got.nis - expected.nis).abs() < 1e-3);
+        }
+        let mut vectors = Vectors::whole(MEASURED, SIGMAS);
+        vectors.present = [0.0; 4];
+        let (got, _) = with(&vectors, &variances);
+        assert_eq!((got.state, got.nis), (state.into(), 0.0));
+    }
+
+    /// A sensor that claims to be exact leaves a covariance that is one.
+    #[test]
+    fn exact_measurements_leave_a_positive_variance() {
+        let (state, covariance) = prior();
+        let vectors = Vectors::whole(MEASURED, SIGMAS);
+        let (mut got, _) = correct_polar(
+            &state.into(),
+            &covariance.into(),
+            &vectors,
+            &[1e-14, 1e-14, 1e-12, 1e-12],
+        );
+        for _ in 0..100 {
+            let again = correct_polar(&got.state, &got.covariance, &vectors, &[1e-14; 4]);
+            got = again.0.checked().expect("sound");
+            assert!(crate::cholesky::make_definite(&mut got.covariance).is_ok());
+        }
+    }
+
     /// With H = I the posterior is the product of two Gaussians.
     #[test]
     fn position_correction_is_the_product_of_gaussians() {
@@ -295,7 +340,7 @@ mod tests {
             Vector3::from(state.fixed_rows::<3>(0)),
             Matrix3::from(covariance.fixed_view::<3, 3>(0, 0)),
         );
-        let measured = crate::radar::converted(&measurement());
+        let measured = measured_position();
         let (b, r) = (measured.position, measured.covariance());
         let corrected = correct_position(a.into(), p.into(), &measured).unwrap();
         let (pi, ri) = (
@@ -320,7 +365,7 @@ mod tests {
             corrected(state, negative).unwrap_err(),
             EkfError::NotPositiveDefinite
         );
-        let measured = crate::radar::converted(&measurement());
+        let measured = measured_position();
         let (position, noise) = (measured.position, measured.covariance());
         assert_eq!(
             correct_position(position.into(), (-noise * 2.0).into(), &measured).unwrap_err(),
@@ -336,20 +381,13 @@ mod tests {
     #[test]
     fn a_range_near_zero_is_corrected_with() {
         for range_m in [0.0, 1e-3, -0.05] {
-            let sigmas = Sigmas {
-                range_m: 100.0,
-                ..SIGMAS
-            };
-            let near = Measurement {
-                range_m,
-                sigmas,
-                ..measurement()
-            };
+            let sensed = |value, sigma| Sensed { value, sigma };
+            let (elevation, azimuth) = (sensed(0.4, 0.02), sensed(3.1, 0.03));
+            let near = crate::radar::converted(sensed(range_m, 100.0), elevation, azimuth);
             for variance in [1e-4, 1.0, 1e4] {
                 let prior = Matrix3::identity() * variance;
                 let start = Vector3::new(20.0, -15.0, 12.0);
-                let corrected =
-                    correct_position(start.into(), prior.into(), &crate::radar::converted(&near));
+                let corrected = correct_position(start.into(), prior.into(), &near);
                 let covariance = Matrix3::from(corrected.expect("corrected").covariance);
                 assert!(covariance.cholesky().is_some(), "{range_m} {variance}");
             }

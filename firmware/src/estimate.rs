@@ -1,5 +1,12 @@
 //! What a tracker returns.
 
+/// Largest normalised innovation squared that is told apart from larger ones.
+pub const NIS_MAX: f32 = 1e9;
+
+/// Standard deviation of a position component, m, beyond which nothing is known of a target: a
+/// hundred kilometres.
+pub const POSITION_SIGMA_MAX_M: f32 = 1e5;
+
 /// How an [`Estimate`] came about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
@@ -11,8 +18,8 @@ pub enum Mode {
     Coasting,
     /// The measurement lay outside the gate and was not used.
     Rejected,
-    /// The filter was started anew from the measurement: its state had left its bounds, or
-    /// measurements in a row lay outside the gate.
+    /// Another track took over, because measurements that the old one rejected agree with each
+    /// other; or the filter was started anew from the measurement, its state being lost.
     Restarted,
 }
 
@@ -36,10 +43,13 @@ pub struct Estimate {
     pub position_m: [f32; 3],
     /// Covariance of the position, m^2, symmetric positive definite.
     pub covariance_m2: [[f32; 3]; 3],
-    /// Normalised innovation squared of the correction; zero without one.
+    /// Normalised innovation squared of the correction, at most [`NIS_MAX`]; zero without one.
     pub nis: f32,
     /// How the estimate came about.
     pub mode: Mode,
+    /// Whether the target is where, or moves as, the model was not trained for: its answer is then
+    /// less sure than usual. A memoryless blob does not know, and says no.
+    pub outside: bool,
     /// Velocity, acceleration and the full covariance; a memoryless tracker has none.
     pub motion: Option<Motion>,
 }

@@ -7,7 +7,7 @@
 use libm::{cosf, sinf};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::Measurement;
+use crate::measurement::Sensed;
 use crate::scalar::Scalar;
 
 /// Least squared horizontal distance, m^2, at which a derivative is evaluated and an azimuth is
@@ -109,14 +109,8 @@ impl Converted {
 }
 
 /// The measured position with its errors converted from the polar sigmas to first order. Metres.
-pub fn converted(measurement: &Measurement) -> Converted {
-    let Measurement {
-        range_m,
-        elevation_rad,
-        azimuth_rad,
-        sigmas,
-        ..
-    } = *measurement;
+pub fn converted(range: Sensed, elevation: Sensed, azimuth: Sensed) -> Converted {
+    let (range_m, elevation_rad, azimuth_rad) = (range.value, elevation.value, azimuth.value);
     let (sin_el, cos_el) = (sinf(elevation_rad), cosf(elevation_rad));
     let (sin_az, cos_az) = (sinf(azimuth_rad), cosf(azimuth_rad));
     let radial = Vector3::new(cos_el * cos_az, cos_el * sin_az, sin_el);
@@ -126,9 +120,9 @@ pub fn converted(measurement: &Measurement) -> Converted {
         position: radial * range_m,
         axes: [radial, upward, lateral],
         sigmas_m: [
-            sigmas.range_m,
-            (range_m * sigmas.elevation_rad).abs(),
-            (range_m * cos_el * sigmas.azimuth_rad).abs(),
+            range.sigma,
+            (range_m * elevation.sigma).abs(),
+            (range_m * cos_el * azimuth.sigma).abs(),
         ],
     }
 }
@@ -136,7 +130,6 @@ pub fn converted(measurement: &Measurement) -> Converted {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Sigmas;
     use crate::gaussian::standard_normal;
     use crate::rng::seeded;
     use core::f64::consts::PI;
@@ -184,31 +177,17 @@ mod tests {
     /// Monte Carlo: the covariance of converted noisy measurements at low noise.
     #[test]
     fn converted_covariance_is_that_of_the_noise() {
-        let sigmas = Sigmas {
-            range_m: 0.5,
-            elevation_rad: 0.01,
-            azimuth_rad: 0.02,
-            range_rate_mps: 0.1,
-        };
-        let truth = Measurement {
-            time_us: 0,
-            range_m: 40.0,
-            elevation_rad: 0.5,
-            azimuth_rad: 2.0,
-            range_rate_mps: 0.0,
-            sigmas,
-        };
-        let converted = converted(&truth);
+        let sensed = |value, sigma| Sensed { value, sigma };
+        let (range, elevation, azimuth) = (sensed(40.0, 0.5), sensed(0.5, 0.01), sensed(2.0, 0.02));
+        let converted = converted(range, elevation, azimuth);
         let (mean, covariance) = (converted.position, converted.covariance());
         let mut rng = seeded(5);
         let mut sum = Matrix3::<f64>::zeros();
         const DRAWS: usize = 40_000;
         for _ in 0..DRAWS {
-            let noisy = position(
-                truth.range_m + sigmas.range_m * standard_normal(&mut rng),
-                truth.elevation_rad + sigmas.elevation_rad * standard_normal(&mut rng),
-                truth.azimuth_rad + sigmas.azimuth_rad * standard_normal(&mut rng),
-            );
+            let mut noisy =
+                |sensed: Sensed| sensed.value + sensed.sigma * standard_normal(&mut rng);
+            let noisy = position(noisy(range), noisy(elevation), noisy(azimuth));
             let error = (Vector3::from(noisy) - mean).map(f64::from);
             sum += error * error.transpose();
         }

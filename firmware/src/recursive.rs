@@ -5,8 +5,10 @@
 //! step with the polar measurement itself. The model stays linear-Gaussian, so the covariance
 //! means the same in gaps as elsewhere.
 
+pub mod candidate;
 pub mod correction;
 pub mod curvature;
+pub mod envelope;
 pub mod features;
 pub mod memory;
 pub mod motion;
@@ -14,7 +16,8 @@ pub mod population;
 pub mod schedule;
 pub mod sight;
 pub mod start;
+pub mod track;
 mod tracker;
 
-pub use tracker::REJECTIONS_MAX;
+pub use candidate::AGREEING;
 pub(crate) use tracker::Recursive;

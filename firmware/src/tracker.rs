@@ -2,136 +2,26 @@
 //!
 //! The only owner of filter state: everything lives inside [`Tracker`], whose size is fixed.
 
-use crate::blob::{Blob, Kind, field};
-use crate::ekf::EkfError;
+use crate::blob::{Blob, Kind};
+use crate::clock::{Clock, ClockError, Tick};
 use crate::estimate::Estimate;
-use crate::measurement::{Measurement, MeasurementError};
+use crate::measurement::Measurement;
 use crate::memoryless::Memoryless;
 use crate::recursive::Recursive;
-
-/// What the network's estimate is corrected with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Correction {
-    /// Nothing: the network alone (BNN).
-    None,
-    /// The measured position, converted to Cartesian (BNKF, BNKFe; paper Eq. 12-13).
-    Converted,
-    /// The measured range, elevation and azimuth themselves, and range-rate where the state has a
-    /// velocity. The only one for a recursive blob.
-    Polar,
-}
-
-/// Choices of a [`Tracker`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Settings {
-    /// Correction step.
-    pub correction: Correction,
-    /// Monte Carlo passes per estimate and network, 1 to [`field::PASSES_MAX`]. For a recursive
-    /// blob one pass means every weight at its mean.
-    pub passes: u16,
-    /// Seed of the passes' generator.
-    pub seed: u64,
-}
-
-impl Settings {
-    /// The blob's own number of passes, the correction of its kind (the paper's for a memoryless
-    /// one), seed 1.
-    pub fn of(blob: &Blob<'_>) -> Self {
-        let correction = match blob.kind() {
-            Kind::Memoryless => Correction::Converted,
-            Kind::Recursive => Correction::Polar,
-        };
-        Self {
-            correction,
-            passes: blob.passes(),
-            seed: 1,
-        }
-    }
-}
-
-/// Why a [`Tracker`] cannot be made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TrackerError {
-    /// The number of passes is zero or above [`field::PASSES_MAX`].
-    Passes(u16),
-    /// A recursive blob takes [`Correction::Polar`] only.
-    Correction(Correction),
-}
-
-/// Why a step was refused; the tracker's state is as before, apart from its random stream.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StepError {
-    /// The measurement cannot be used.
-    Measurement(MeasurementError),
-    /// The time lies before that of an earlier step.
-    TimeWentBack {
-        /// Time of the latest step, microseconds.
-        latest_us: u64,
-        /// Time given, microseconds.
-        given_us: u64,
-    },
-    /// There is nothing to coast from yet.
-    NotStarted,
-    /// The network's output is NaN or infinite.
-    NetworkNotFinite,
-    /// The correction was refused.
-    Correction(EkfError),
-}
-
-impl core::fmt::Display for TrackerError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::Passes(passes) => {
-                write!(f, "passes: {passes} is not in 1..={}", field::PASSES_MAX)
-            }
-            Self::Correction(correction) => {
-                write!(
-                    f,
-                    "correction: {correction:?} does not fit a recursive blob"
-                )
-            }
-        }
-    }
-}
-
-impl core::error::Error for TrackerError {}
-
-impl core::fmt::Display for StepError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::Measurement(error) => write!(f, "measurement: {error}"),
-            Self::TimeWentBack {
-                latest_us,
-                given_us,
-            } => {
-                write!(f, "time_us went back from {latest_us} to {given_us}")
-            }
-            Self::NotStarted => f.write_str("no measurement yet"),
-            Self::NetworkNotFinite => f.write_str("the network's output is not finite"),
-            Self::Correction(error) => write!(f, "correction: {error}"),
-        }
-    }
-}
-
-impl core::error::Error for StepError {}
-
-/// Refuses a time before that of the latest step.
-pub(crate) fn check_time(latest_us: Option<u64>, given_us: u64) -> Result<(), StepError> {
-    match latest_us {
-        Some(latest_us) if given_us < latest_us => Err(StepError::TimeWentBack {
-            latest_us,
-            given_us,
-        }),
-        _ => Ok(()),
-    }
-}
+use crate::settings::{Settings, TrackerError};
+use crate::step_error::StepError;
 
 /// Estimates the position of one target from its radar measurements.
 ///
 /// A memoryless blob holds one network for all axes (BNKF) or one per axis (BNKFe) that answer
 /// with a position; a recursive blob holds one that schedules the motion model of a filter.
+///
+/// Every estimate is finite, its covariances are positive definite, and its mode is what happened;
+/// `docs/limits.md` lists what is refused and bounded, and why.
 pub struct Tracker<'a> {
     settings: Settings,
+    clock: Clock,
+    latest: Option<Measurement>,
     inner: Inner<'a>,
 }
 
@@ -152,17 +42,17 @@ impl<'a> Tracker<'a> {
     /// # Errors
     /// [`TrackerError`] names the setting.
     pub fn new(blob: Blob<'a>, settings: Settings) -> Result<Self, TrackerError> {
-        if !(1..=field::PASSES_MAX).contains(&settings.passes) {
-            return Err(TrackerError::Passes(settings.passes));
-        }
+        settings.check(&blob)?;
         let inner = match blob.kind() {
             Kind::Memoryless => Inner::Memoryless(Memoryless::new(blob, settings)),
-            Kind::Recursive if settings.correction != Correction::Polar => {
-                return Err(TrackerError::Correction(settings.correction));
-            }
             Kind::Recursive => Inner::Recursive(Recursive::new(blob, settings)),
         };
-        Ok(Self { settings, inner })
+        Ok(Self {
+            settings,
+            clock: Clock::default(),
+            latest: None,
+            inner,
+        })
     }
 
     /// The settings given to [`Tracker::new`].
@@ -170,8 +60,10 @@ impl<'a> Tracker<'a> {
         self.settings
     }
 
-    /// Forgets the target and starts the random stream again.
+    /// Forgets the target and all times, and starts the random stream again.
     pub fn reset(&mut self) {
+        self.clock = Clock::default();
+        self.latest = None;
         match &mut self.inner {
             Inner::Memoryless(tracker) => tracker.reset(),
             Inner::Recursive(tracker) => tracker.reset(),
@@ -184,21 +76,55 @@ impl<'a> Tracker<'a> {
     /// [`StepError`]; the measurement is then ignored.
     pub fn step(&mut self, measurement: &Measurement) -> Result<Estimate, StepError> {
         measurement.check().map_err(StepError::Measurement)?;
-        match &mut self.inner {
-            Inner::Memoryless(tracker) => tracker.step(measurement),
-            Inner::Recursive(tracker) => tracker.step(measurement),
+        let measurement = measurement.canonical();
+        if self.latest == Some(measurement) {
+            return Err(StepError::Repeated);
         }
+        let time_us = measurement.time_us;
+        let tick = self.clock.measured(time_us);
+        let tick = tick.map_err(|error| self.refusal(error, time_us))?;
+        let anew = tick == Tick::Anew;
+        let estimate = match &mut self.inner {
+            Inner::Memoryless(tracker) => tracker.step(&measurement, anew),
+            Inner::Recursive(tracker) => tracker.step(&measurement, anew),
+        }?;
+        self.clock.advance(time_us);
+        self.latest = Some(measurement);
+        Ok(estimate)
     }
 
     /// The estimate at `time_us` without a measurement, with a covariance that grows: by the motion
     /// model of a recursive blob, and for a memoryless one by the rule in the module `coast`.
     ///
+    /// One call reaches at most [`AHEAD_MAX_US`](crate::clock::AHEAD_MAX_US) ahead, and asks the
+    /// network at most 40 times.
+    ///
     /// # Errors
-    /// [`StepError::NotStarted`], [`StepError::TimeWentBack`] or [`StepError::NetworkNotFinite`].
+    /// [`StepError::NotStarted`], [`StepError::TimeWentBack`], [`StepError::TimeTooFarAhead`],
+    /// [`StepError::NetworkNotFinite`] or [`StepError::Lost`].
     pub fn coast(&mut self, time_us: u64) -> Result<Estimate, StepError> {
-        match &mut self.inner {
+        self.clock
+            .check(time_us)
+            .map_err(|error| self.refusal(error, time_us))?;
+        let estimate = match &mut self.inner {
             Inner::Memoryless(tracker) => tracker.coast(time_us),
             Inner::Recursive(tracker) => tracker.coast(time_us),
+        }?;
+        self.clock.advance(time_us);
+        Ok(estimate)
+    }
+
+    fn refusal(&self, error: ClockError, given_us: u64) -> StepError {
+        let latest_us = self.clock.latest_us().unwrap_or_default();
+        match error {
+            ClockError::WentBack => StepError::TimeWentBack {
+                latest_us,
+                given_us,
+            },
+            ClockError::TooFarAhead => StepError::TimeTooFarAhead {
+                latest_us,
+                given_us,
+            },
         }
     }
 }

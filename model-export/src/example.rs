@@ -7,8 +7,9 @@ use crate::polar::Polar;
 use crate::radar_sampling::{RadarSettings, sample_radar};
 use crate::random_source::RandomSource;
 use crate::seed;
+use bnkf::Measurement;
 use bnkf::blob::FeatureLayout;
-use bnkf::{FEATURES_MAX, Measurement, features};
+use bnkf::memoryless::{FEATURES_MAX, Plot, features};
 
 /// A previous measurement older than this is forgotten, as the tracker does.
 const PREVIOUS_AGE_MAX_US: u64 = 2_000_000;
@@ -72,11 +73,14 @@ pub fn examples(
         gap_phase,
         ..RadarSettings::paper(condition.level, settings.table, condition.rate, seed)
     };
-    let mut previous: Option<Measurement> = None;
+    let mut previous: Option<Plot> = None;
     let mut found = Vec::new();
     for (sample, reading) in flight.samples.iter().zip(sample_radar(flight, &radar)) {
         let Some(reading) = reading else { continue };
-        let current = Measurement::from(&reading);
+        // A reading has all four channels.
+        let Ok(current) = Plot::of(&Measurement::from(&reading).canonical()) else {
+            continue;
+        };
         let before = previous
             .filter(|p| current.time_us - p.time_us <= PREVIOUS_AGE_MAX_US)
             .unwrap_or(current);

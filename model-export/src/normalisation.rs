@@ -84,7 +84,7 @@ impl Normalisations {
 mod tests {
     use super::{Normalisation, Normalisations};
     use crate::example::Example;
-    use bnkf::FEATURES_MAX;
+    use bnkf::memoryless::FEATURES_MAX;
 
     #[test]
     fn normalised_values_have_zero_mean_and_unit_variance() {

@@ -1,6 +1,6 @@
 //! One simulated radar reading in f64, as the host's filters take it.
 
-use bnkf::{Measurement, Sigmas};
+use bnkf::{Measurement, Sensed};
 
 /// Range, elevation, azimuth and range-rate at one instant, with their standard deviations.
 ///
@@ -32,18 +32,18 @@ pub struct Reading {
 impl From<&Reading> for Measurement {
     /// Rounds every field to the nearest f32, which is what a sensor's frame carries.
     fn from(reading: &Reading) -> Self {
+        let sensed = |value, sigma| {
+            Some(Sensed {
+                value: value as f32,
+                sigma: sigma as f32,
+            })
+        };
         Self {
             time_us: reading.time_us,
-            range_m: reading.range_m as f32,
-            elevation_rad: reading.elevation_rad as f32,
-            azimuth_rad: reading.azimuth_rad as f32,
-            range_rate_mps: reading.range_rate_mps as f32,
-            sigmas: Sigmas {
-                range_m: reading.sigma_range_m as f32,
-                elevation_rad: reading.sigma_elevation_rad as f32,
-                azimuth_rad: reading.sigma_azimuth_rad as f32,
-                range_rate_mps: reading.sigma_range_rate_mps as f32,
-            },
+            range: sensed(reading.range_m, reading.sigma_range_m),
+            elevation: sensed(reading.elevation_rad, reading.sigma_elevation_rad),
+            azimuth: sensed(reading.azimuth_rad, reading.sigma_azimuth_rad),
+            range_rate: sensed(reading.range_rate_mps, reading.sigma_range_rate_mps),
         }
     }
 }

@@ -66,6 +66,8 @@ pub enum BlobError {
     WrongChecksum,
     /// The field's value is outside what the format allows.
     Invalid(BlobField),
+    /// The parameter's value is no target's and no model's; `BLOB.md` has the limits.
+    Parameter(&'static str),
 }
 
 impl core::fmt::Display for BlobField {
@@ -106,6 +108,7 @@ impl core::fmt::Display for BlobError {
             }
             Self::WrongChecksum => f.write_str("blob checksum does not match"),
             Self::Invalid(field) => write!(f, "blob field out of range: {field}"),
+            Self::Parameter(name) => write!(f, "blob parameter out of range: {name}"),
         }
     }
 }

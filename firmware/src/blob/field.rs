@@ -44,8 +44,6 @@ pub const PARAMETER_SPEED_SIGMA: usize = 0;
 pub const PARAMETER_ACCELERATION_SIGMA: usize = 1;
 /// Number of parameters of a memoryless blob.
 pub const MEMORYLESS_PARAMETERS: usize = 2;
-/// Parameter index of a recursive blob: mean elevation of the population, rad.
-pub const PARAMETER_ELEVATION: usize = 2;
 /// Number of parameters of a recursive blob: population, then base model (see `BLOB.md`).
 pub const RECURSIVE_PARAMETERS: usize = 11;
 /// Outputs of a recursive blob's network: the schedule, then the network's notes to itself.

@@ -60,11 +60,48 @@ impl Kind {
         }
     }
 
-    /// Number of parameters that follow the header.
-    pub const fn parameters(self) -> usize {
+    /// The parameters that follow the header, in their order, with what each may be.
+    pub const fn parameter_limits(self) -> &'static [ParameterLimits] {
         match self {
-            Self::Memoryless => field::MEMORYLESS_PARAMETERS,
-            Self::Recursive => field::RECURSIVE_PARAMETERS,
+            Self::Memoryless => &MEMORYLESS,
+            Self::Recursive => &RECURSIVE,
         }
     }
 }
+
+/// A parameter's name and the values that make sense.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ParameterLimits {
+    /// Name and unit.
+    pub name: &'static str,
+    /// Least value.
+    pub least: f32,
+    /// Largest value.
+    pub most: f32,
+}
+
+const fn limits(name: &'static str, least: f32, most: f32) -> ParameterLimits {
+    ParameterLimits { name, least, most }
+}
+
+/// Anything from a crawl to ten times the speed of sound.
+const MEMORYLESS: [ParameterLimits; field::MEMORYLESS_PARAMETERS] = [
+    limits("speed sigma [m/s]", 1e-3, 3e3),
+    limits("acceleration sigma [m/s^2]", 1e-3, 3e3),
+];
+
+/// As far as radars measure; decay and densities from motion that changes over hours to motion that
+/// changes within a sample, so that every network's answer, up to e^7 times as much, stays finite.
+const RECURSIVE: [ParameterLimits; field::RECURSIVE_PARAMETERS] = [
+    limits("mean range [m]", 0.1, 1e6),
+    limits("range sigma [m]", 1e-3, 1e6),
+    limits("mean elevation [rad]", -1.6, 1.6),
+    limits("elevation sigma [rad]", 1e-4, 3.2),
+    limits("horizontal speed sigma [m/s]", 1e-3, 3e3),
+    limits("vertical speed sigma [m/s]", 1e-3, 3e3),
+    limits("acceleration sigma [m/s^2]", 1e-3, 3e3),
+    limits("acceleration decay [1/s]", 1e-3, 1e2),
+    limits("jerk noise [m^2/s^5]", 1e-6, 1e6),
+    limits("acceleration noise [m^2/s^3]", 1e-9, 1e6),
+    limits("velocity noise [m^2/s]", 1e-9, 1e6),
+];

@@ -45,6 +45,8 @@ pub struct EstimateFrame {
     pub nis: f32,
     /// What the tracker did.
     pub mode: ModeCode,
+    /// Whether the target is where, or moves as, the model was not trained for.
+    pub outside: bool,
     /// What a recursive tracker knows beside the position.
     pub motion: Option<MotionFrame>,
     /// Ticks of the board's free-running counter spent inside the tracker. In QEMU under
@@ -67,6 +69,7 @@ impl EstimateFrame {
                 Mode::Rejected => ModeCode::Rejected,
                 Mode::Restarted => ModeCode::Restarted,
             },
+            outside: estimate.outside,
             motion: estimate.motion.as_ref().map(MotionFrame::new),
             ticks,
         }
@@ -83,7 +86,9 @@ impl EstimateFrame {
             }
             (bits, e.motion.map(|motion| motion.bits()))
         };
-        self.time_us == other.time_us && self.mode == other.mode && floats(self) == floats(other)
+        self.time_us == other.time_us
+            && (self.mode, self.outside) == (other.mode, other.outside)
+            && floats(self) == floats(other)
     }
 }
 
@@ -137,7 +142,7 @@ pub enum ModeCode {
     Coasting,
     /// The measurement lay outside the gate.
     Rejected,
-    /// The filter was started anew.
+    /// Another track took over, or the filter was started anew.
     Restarted,
 }
 
@@ -167,10 +172,15 @@ pub enum RefusalCode {
     NotReset,
     /// `Coast` before the first measurement of a track.
     NotStarted,
-    /// A measured value is not finite or a standard deviation not positive.
+    /// A measured value or a standard deviation is outside its limits, or one that is needed is
+    /// missing.
     Measurement,
-    /// Time went back.
+    /// The same measurement as the latest one.
+    Repeated,
+    /// Time went back, or jumped too far ahead.
     Time,
+    /// The track was given up: nothing is known of it any more.
+    Lost,
     /// The arithmetic gave no usable estimate.
     Numerical,
 }
@@ -186,8 +196,10 @@ impl From<TrackerError> for RefusalCode {
 impl From<StepError> for RefusalCode {
     fn from(error: StepError) -> Self {
         match error {
-            StepError::Measurement(_) => Self::Measurement,
-            StepError::TimeWentBack { .. } => Self::Time,
+            StepError::Measurement(_) | StepError::Missing(_) => Self::Measurement,
+            StepError::Repeated => Self::Repeated,
+            StepError::TimeWentBack { .. } | StepError::TimeTooFarAhead { .. } => Self::Time,
+            StepError::Lost => Self::Lost,
             StepError::NotStarted => Self::NotStarted,
             StepError::NetworkNotFinite | StepError::Correction(_) => Self::Numerical,
         }
@@ -203,7 +215,9 @@ impl core::fmt::Display for RefusalCode {
             Self::NotReset => "no track was started",
             Self::NotStarted => "nothing was measured yet",
             Self::Measurement => "the measurement cannot be used",
-            Self::Time => "time went back",
+            Self::Repeated => "the measurement was sent before",
+            Self::Time => "time went back or jumped too far ahead",
+            Self::Lost => "the track was given up",
             Self::Numerical => "no usable estimate came out",
         })
     }
@@ -230,6 +244,7 @@ mod tests {
                 covariance_m2: [row(2.5), row(3.5), row(4.5)],
                 nis: -0.0,
                 mode: ModeCode::Coasting,
+                outside: true,
                 motion: Some(MotionFrame {
                     velocity_mps: row(5.5),
                     acceleration_mps2: row(6.5),
@@ -270,6 +285,14 @@ mod tests {
             };
             *value = f32::from_bits(value.to_bits() ^ 1);
             assert!(!base.same_bits(&other), "float {float}");
+        }
+        for (mode, outside) in [(ModeCode::Tracking, true), (ModeCode::Coasting, false)] {
+            let other = EstimateFrame {
+                mode,
+                outside,
+                ..base
+            };
+            assert!(!base.same_bits(&other));
         }
         let mut positive_zero = base;
         positive_zero.nis = 0.0;

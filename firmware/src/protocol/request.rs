@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Correction, Measurement, Settings, Sigmas};
+use crate::{Correction, Measurement, Sensed, Settings};
 
 /// Host to image. The image answers each request with one [`Reply`](crate::protocol::Reply).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -78,35 +78,44 @@ pub struct MeasurementFrame {
     /// Microseconds.
     pub time_us: u64,
     /// Metres.
-    pub range_m: f32,
+    pub range: Option<SensedFrame>,
     /// Radians.
-    pub elevation_rad: f32,
+    pub elevation: Option<SensedFrame>,
     /// Radians.
-    pub azimuth_rad: f32,
+    pub azimuth: Option<SensedFrame>,
     /// Metres per second, positive outbound.
-    pub range_rate_mps: f32,
-    /// Metres.
-    pub sigma_range_m: f32,
-    /// Radians.
-    pub sigma_elevation_rad: f32,
-    /// Radians.
-    pub sigma_azimuth_rad: f32,
-    /// Metres per second.
-    pub sigma_range_rate_mps: f32,
+    pub range_rate: Option<SensedFrame>,
+}
+
+/// A [`Sensed`] on the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SensedFrame {
+    /// What was measured.
+    pub value: f32,
+    /// Standard deviation, same unit.
+    pub sigma: f32,
+}
+
+impl From<Sensed> for SensedFrame {
+    fn from(Sensed { value, sigma }: Sensed) -> Self {
+        Self { value, sigma }
+    }
+}
+
+impl From<SensedFrame> for Sensed {
+    fn from(SensedFrame { value, sigma }: SensedFrame) -> Self {
+        Self { value, sigma }
+    }
 }
 
 impl From<&Measurement> for MeasurementFrame {
     fn from(m: &Measurement) -> Self {
         Self {
             time_us: m.time_us,
-            range_m: m.range_m,
-            elevation_rad: m.elevation_rad,
-            azimuth_rad: m.azimuth_rad,
-            range_rate_mps: m.range_rate_mps,
-            sigma_range_m: m.sigmas.range_m,
-            sigma_elevation_rad: m.sigmas.elevation_rad,
-            sigma_azimuth_rad: m.sigmas.azimuth_rad,
-            sigma_range_rate_mps: m.sigmas.range_rate_mps,
+            range: m.range.map(Into::into),
+            elevation: m.elevation.map(Into::into),
+            azimuth: m.azimuth.map(Into::into),
+            range_rate: m.range_rate.map(Into::into),
         }
     }
 }
@@ -116,16 +125,10 @@ impl From<&MeasurementFrame> for Measurement {
     fn from(f: &MeasurementFrame) -> Self {
         Self {
             time_us: f.time_us,
-            range_m: f.range_m,
-            elevation_rad: f.elevation_rad,
-            azimuth_rad: f.azimuth_rad,
-            range_rate_mps: f.range_rate_mps,
-            sigmas: Sigmas {
-                range_m: f.sigma_range_m,
-                elevation_rad: f.sigma_elevation_rad,
-                azimuth_rad: f.sigma_azimuth_rad,
-                range_rate_mps: f.sigma_range_rate_mps,
-            },
+            range: f.range.map(Into::into),
+            elevation: f.elevation.map(Into::into),
+            azimuth: f.azimuth.map(Into::into),
+            range_rate: f.range_rate.map(Into::into),
         }
     }
 }
@@ -153,15 +156,18 @@ mod tests {
         fn a_measurement_survives_the_wire_bit_for_bit(
             time_us in any::<u64>(),
             bits in any::<[u32; 8]>(),
+            missing in 0_u8..16,
         ) {
             let [a, b, c, d, e, f, g, h] = bits.map(f32::from_bits);
+            let channel = |index: u8, value, sigma| {
+                (missing & 1 << index == 0).then_some(Sensed { value, sigma })
+            };
             let sent = Measurement {
                 time_us,
-                range_m: a,
-                elevation_rad: b,
-                azimuth_rad: c,
-                range_rate_mps: d,
-                sigmas: Sigmas { range_m: e, elevation_rad: f, azimuth_rad: g, range_rate_mps: h },
+                range: channel(0, a, b),
+                elevation: channel(1, c, d),
+                azimuth: channel(2, e, f),
+                range_rate: channel(3, g, h),
             };
             let frame = encode(&Request::Step(MeasurementFrame::from(&sent))).unwrap();
             let mut reader = FrameReader::new();
@@ -169,13 +175,10 @@ mod tests {
             let Some(Ok(Request::Step(received))) = read.next() else { panic!("no step") };
             let received = Measurement::from(&received);
             prop_assert_eq!(received.time_us, time_us);
-            let s = &received.sigmas;
-            let received_bits = [
-                received.range_m, received.elevation_rad, received.azimuth_rad,
-                received.range_rate_mps, s.range_m, s.elevation_rad, s.azimuth_rad,
-                s.range_rate_mps,
-            ].map(f32::to_bits);
-            prop_assert_eq!(received_bits, bits);
+            let bits = |m: &Measurement| {
+                m.channels().map(|c| c.map(|s| (s.value.to_bits(), s.sigma.to_bits())))
+            };
+            prop_assert_eq!(bits(&received), bits(&sent));
         }
     }
 }

@@ -85,6 +85,7 @@ impl<S: Scalar> Writer<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::measurement::Vectors;
 
     /// A state, its covariance and a memory with every number different and none zero.
     fn filter() -> (State<f64>, Covariance<f64>, Memory<f64>) {
@@ -103,7 +104,8 @@ mod tests {
             covariance[row][row] += 5.0;
         }
         let mut memory = Memory::start([0.01, 0.02, 3.0, 0.5], [1.0, 2.0, 0.5]);
-        memory.measured([1.2, -4.6, 0.4, -0.9], [0.012, 0.02, 3.0, 0.5]);
+        let vectors = Vectors::whole([0.0; 4], [0.012, 0.02, 3.0, 0.5]);
+        memory.measured([1.2, -4.6, 0.4, -0.9], &vectors);
         memory.stepped(
             0.1,
             0.0,

@@ -1,5 +1,6 @@
 //! What the recursive tracker remembers beside its state: statistics that the network reads.
 
+use crate::measurement::Vectors;
 use crate::scalar::Scalar;
 
 /// Running means of the velocity.
@@ -50,15 +51,19 @@ impl<S: Scalar> Memory<S> {
         }
     }
 
-    /// Takes in a measurement: its whitened innovation and the sensor's sigmas.
-    pub fn measured(&mut self, whitened: [S; 4], sigmas: [S; 4]) {
+    /// Takes in a measurement: its whitened innovation and the sensor's sigmas. Of a channel that
+    /// was not present the innovation fades, and the rest stays what it was.
+    pub fn measured(&mut self, whitened: [S; 4], vectors: &Vectors<S>) {
         let c = S::constant;
-        self.innovation = whitened;
-        for ((drift, square), y) in self.drift.iter_mut().zip(&mut self.squares).zip(whitened) {
-            *drift = *drift + c(0.15) * (y.clamp(-5.0, 5.0) - *drift);
-            *square = *square + c(0.1) * ((y * y).min(c(25.0)) - *square);
+        for i in 0..4 {
+            let (present, y) = (vectors.present[i], whitened[i]);
+            let blend = |from: S, to: S, weight: S| from + weight * present * (to - from);
+            self.innovation[i] = present * y + (c(1.0) - present) * c(0.8) * self.innovation[i];
+            self.drift[i] = blend(self.drift[i], y.clamp(-5.0, 5.0), c(0.15));
+            self.squares[i] = blend(self.squares[i], (y * y).min(c(25.0)), c(0.1));
+            self.ln_sigmas[i] =
+                present * vectors.sigmas[i].ln() + (c(1.0) - present) * self.ln_sigmas[i];
         }
-        self.ln_sigmas = sigmas.map(S::ln);
     }
 
     /// Takes in a step without a measurement.
@@ -117,7 +122,7 @@ mod tests {
     #[test]
     fn innovations_are_averaged_and_bounded() {
         let mut memory = Memory::start(SIGMAS, [0.0; 3]);
-        memory.measured([2.0, -8.0, 0.0, 1.0], [0.1; 4]);
+        memory.measured([2.0, -8.0, 0.0, 1.0], &Vectors::whole([0.0; 4], [0.1; 4]));
         assert_eq!(memory.innovation, [2.0, -8.0, 0.0, 1.0]);
         for (got, expected) in memory.drift.into_iter().zip([0.3, -0.75, 0.0, 0.15]) {
             assert!((got - expected).abs() < 1e-15);

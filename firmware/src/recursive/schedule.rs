@@ -12,6 +12,8 @@ pub const OUTPUTS: usize = SCHEDULE + NOTES;
 const _: () = assert!(OUTPUTS == RECURSIVE_OUTPUTS);
 /// Scale from an output to a mean jerk, m/s^3.
 pub const JERK_SCALE: f64 = 2.0;
+/// How much more jerk noise than the base has [`Schedule::wide`].
+const WIDE_JERK_NOISE: f64 = 20.0;
 /// First of the three outputs that are a mean jerk.
 pub const JERK_OUTPUT: usize = 4;
 /// First of the three outputs that are a density of jerk noise.
@@ -41,6 +43,22 @@ pub struct Schedule<S> {
 }
 
 impl<S: Scalar> Schedule<S> {
+    /// A model for motion that none was trained for: acceleration of about 5 m/s^2 with the base of a
+    /// small drone, no damping, and the sensor as it says it is.
+    pub fn wide(base: &Base<S>) -> Self {
+        let zero = S::constant(0.0);
+        Self {
+            decay_hz: base.decay_hz,
+            damping_hz2: [zero; 2],
+            turn_radps: zero,
+            jerk_mps3: [zero; 3],
+            jerk_noise: [base.jerk_noise * S::constant(WIDE_JERK_NOISE); 3],
+            acceleration_noise: [base.acceleration_noise; 3],
+            velocity_noise: base.velocity_noise,
+            sensor_scale: [S::constant(1.0); 3],
+        }
+    }
+
     /// Reads the schedule from the first [`SCHEDULE`] outputs of the network. Outputs are clamped,
     /// so no finite output gives a model that is not stable and finite.
     pub fn read(outputs: &[S], base: &Base<S>) -> Self {

@@ -2,38 +2,58 @@
 
 use super::motion::{Covariance, State};
 use super::population::Population;
+use crate::measurement::Vectors;
 use crate::radar::position;
 use crate::scalar::Scalar;
 
-/// The state after a first measurement (elevation, azimuth, range, range-rate) with these standard
-/// deviations.
+/// Squared deviations from the population up to which its prior is believed.
+const SURPRISE_MAX: f64 = 9.0;
+/// Largest half-spread of an angle's sigma points, rad: beyond it they would come round again.
+const ANGLE_SPREAD_MAX_RAD: f64 = core::f64::consts::FRAC_PI_2;
+/// Least variance of a position component, m^2.
+const POSITION_VARIANCE_MIN_M2: f64 = 1e-8;
+
+/// The state after a first measurement, which holds an azimuth.
 ///
-/// Range and elevation are fused with the population in spherical coordinates; seven sigma points
-/// (Julier and Uhlmann 1997, kappa = 0) carry the result to Cartesian ones; the range-rate then
-/// corrects the velocity along the line of sight.
+/// Range and elevation are fused with the population in spherical coordinates, or are the
+/// population's where they were not measured; sigma points (Julier and Uhlmann 1997, kappa = 0)
+/// carry the result to Cartesian ones; the range-rate then corrects the velocity along the line of
+/// sight. The population is a prior with heavy tails: a measurement further than three deviations
+/// from it widens it, so that a target anywhere, at any speed, is believed.
 pub fn start<S: Scalar>(
-    measured: [S; 4],
-    sigmas: [S; 4],
+    vectors: &Vectors<S>,
     population: &Population<S>,
 ) -> (State<S>, Covariance<S>) {
     let c = S::constant;
-    let p = population;
-    let (elevation, elevation_sigma) = fuse(
+    let (p, measured, sigmas) = (population, &vectors.measured, &vectors.sigmas);
+    let (elevation, elevation_variance) = fuse(
         (p.elevation_rad, p.elevation_sigma_rad),
         (measured[0], sigmas[0]),
+        vectors.present[0],
     );
-    let (range, range_sigma) = fuse((p.range_m, p.range_sigma_m), (measured[2], sigmas[2]));
-    let centre = [elevation.clamp(-0.2, 1.4), measured[1], range];
-    let spread = [elevation_sigma, sigmas[1], range_sigma];
+    let (range, range_variance) = fuse(
+        (p.range_m, p.range_sigma_m),
+        (measured[2], sigmas[2]),
+        vectors.present[2],
+    );
+    let centre = [elevation, measured[1], range];
+    // Two points each way for three quantities: the root of three deviations.
+    let angle = |spread: S| spread.min(c(ANGLE_SPREAD_MAX_RAD));
+    let spread = [
+        angle((c(3.0) * elevation_variance).sqrt()),
+        angle(c(3.0).sqrt() * sigmas[1]),
+        (c(3.0) * range_variance).sqrt(),
+    ];
     let points: [[S; 3]; 6] = core::array::from_fn(|i| {
         let mut spherical = centre;
         let sign = c(if i % 2 == 0 { 1.0 } else { -1.0 });
-        spherical[i / 2] = spherical[i / 2] + sign * c(1.732_050_8) * spread[i / 2];
+        spherical[i / 2] = spherical[i / 2] + sign * spread[i / 2];
         position(spherical[2], spherical[0], spherical[1])
     });
-    let sum = |values: &mut dyn Iterator<Item = S>| values.fold(c(0.0), |sum, x| sum + x);
-    let mean: [S; 3] =
-        core::array::from_fn(|axis| sum(&mut points.iter().map(|point| point[axis])) / c(6.0));
+    let mut mean = [c(0.0); 3];
+    for point in &points {
+        mean = core::array::from_fn(|axis| mean[axis] + point[axis] / c(6.0));
+    }
     let mut covariance = [[c(0.0); 9]; 9];
     for point in &points {
         for row in 0..3 {
@@ -43,37 +63,46 @@ pub fn start<S: Scalar>(
             }
         }
     }
+    // The line of sight is what was measured: the mean of a blunt direction may be anywhere.
+    let unit = position(c(1.0), elevation, measured[1]);
     let level = p.horizontal_sigma_mps * p.horizontal_sigma_mps;
-    let speed_variances = [level, level, p.vertical_sigma_mps * p.vertical_sigma_mps];
-    for axis in 0..3 {
-        covariance[axis][axis] = covariance[axis][axis] + c(1e-8);
-        covariance[3 + axis][3 + axis] = speed_variances[axis];
-        covariance[6 + axis][6 + axis] = p.acceleration_sigma_mps2 * p.acceleration_sigma_mps2;
-    }
+    let vertical = p.vertical_sigma_mps * p.vertical_sigma_mps;
+    let along = (unit[0] * unit[0] + unit[1] * unit[1]) * level + unit[2] * unit[2] * vertical;
+    let noise = sigmas[3] * sigmas[3];
+    let surprise = measured[3] * measured[3] / (along + noise);
+    let widen = (surprise / c(SURPRISE_MAX)).max(c(1.0));
+    let speed_variances = [level * widen, level * widen, vertical * widen];
     let mut state = [c(0.0); 9];
-    // A range of zero has no direction; nothing is learned of the velocity there.
-    let length = sum(&mut mean.iter().map(|&x| x * x)).sqrt().max(c(1e-20));
-    let unit = mean.map(|x| x / length);
     let gained: [S; 3] = core::array::from_fn(|axis| unit[axis] * speed_variances[axis]);
-    let total = sum(&mut (0..3).map(|axis| gained[axis] * unit[axis])) + sigmas[3] * sigmas[3];
+    let weight = vectors.present[3] / (along * widen + noise);
     for row in 0..3 {
         state[row] = mean[row];
-        state[3 + row] = gained[row] / total * measured[3];
+        state[3 + row] = gained[row] * weight * measured[3];
         for column in 0..3 {
-            covariance[3 + row][3 + column] =
-                covariance[3 + row][3 + column] - gained[row] * gained[column] / total;
+            let gain = weight * (gained[row] * gained[column]);
+            covariance[3 + row][3 + column] = -gain;
         }
+        covariance[row][row] = covariance[row][row] + c(POSITION_VARIANCE_MIN_M2);
+        covariance[3 + row][3 + row] = covariance[3 + row][3 + row] + speed_variances[row];
+        covariance[6 + row][6 + row] = p.acceleration_sigma_mps2 * p.acceleration_sigma_mps2;
     }
     (state, covariance)
 }
 
-/// Mean and standard deviation of the product of two Gaussians given likewise.
-fn fuse<S: Scalar>(prior: (S, S), measured: (S, S)) -> (S, S) {
-    let (prior_variance, measured_variance) = (prior.1 * prior.1, measured.1 * measured.1);
-    let weight = prior_variance / (prior_variance + measured_variance);
+/// Mean and variance of the product of a prior and, if present, a measurement, both Gaussians given
+/// by mean and standard deviation. Beyond [`SURPRISE_MAX`] the prior widens with the square of the
+/// surprise, and soon says nothing.
+fn fuse<S: Scalar>(prior: (S, S), measured: (S, S), present: S) -> (S, S) {
+    let measured_variance = measured.1 * measured.1;
+    let apart = measured.0 - prior.0;
+    let surprise = present * apart * apart / (prior.1 * prior.1 + measured_variance);
+    let widen = (surprise / S::constant(SURPRISE_MAX)).max(S::constant(1.0));
+    let prior_variance = prior.1 * prior.1 * widen * widen;
+    let weight = present * prior_variance / (prior_variance + measured_variance);
+    let left = S::constant(1.0) - present;
     (
-        prior.0 + weight * (measured.0 - prior.0),
-        (measured_variance * weight).sqrt(),
+        prior.0 + weight * apart,
+        measured_variance * weight + left * prior_variance,
     )
 }
 
@@ -83,11 +112,8 @@ mod tests {
 
     #[test]
     fn a_sharp_measurement_is_believed() {
-        let (state, _) = start(
-            [0.4, -2.0, 30.0, 1.2],
-            [1e-4, 1e-4, 0.01, 1e-3],
-            &Population::PAPER,
-        );
+        let vectors = Vectors::whole([0.4, -2.0, 30.0, 1.2], [1e-4, 1e-4, 0.01, 1e-3]);
+        let (state, _) = start(&vectors, &Population::PAPER);
         let expected = [
             30.0 * 0.4_f64.cos() * 2.0_f64.cos(),
             -30.0 * 0.4_f64.cos() * 2.0_f64.sin(),
@@ -103,14 +129,71 @@ mod tests {
 
     #[test]
     fn a_blunt_measurement_leaves_the_population() {
-        let (state, covariance) = start(
-            [0.9, 0.0, 90.0, 0.0],
-            [100.0, 1e-3, 1e5, 100.0],
-            &Population::PAPER,
-        );
+        let vectors = Vectors::whole([0.9, 0.0, 90.0, 0.0], [1.0, 1e-3, 1e5, 100.0]);
+        let (state, covariance) = start(&vectors, &Population::PAPER);
         let range = state[..3].iter().map(|x| x * x).sum::<f64>().sqrt();
         // Elevation spread shortens the mean vector a little.
         assert!((range - 33.5).abs() < 1.0, "{range}");
         assert!((covariance[3][3] - 1.6 * 1.6).abs() < 1e-2);
+    }
+
+    /// A direction far from the population's is believed, at any noise.
+    #[test]
+    fn the_population_is_no_clamp() {
+        for elevation in [-1.5, -1.4, -0.8, -0.3, 0.0, 0.8, 1.4, 1.55] {
+            for (sigma, range_sigma) in [(0.005, 0.1), (0.01, 10.0), (0.1, 100.0)] {
+                let vectors = Vectors::whole(
+                    [elevation, 2.0, 33.0, 0.0],
+                    [sigma, sigma, range_sigma, 0.05],
+                );
+                let (state, covariance) = start(&vectors, &Population::PAPER);
+                let truth = position(33.0_f64, elevation, 2.0);
+                let block = core::array::from_fn(|i| core::array::from_fn(|j| covariance[i][j]));
+                let factor = crate::cholesky::cholesky::<f64, 3>(&block);
+                let error = core::array::from_fn(|i| state[i] - truth[i]);
+                let whitened = crate::cholesky::forward_substitute(&factor, error);
+                let nees: f64 = whitened.iter().map(|w| w * w).sum();
+                assert!(nees < 9.0, "{elevation} {sigma}: {nees}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_range_far_from_the_population_is_believed() {
+        for range in [0.0, 0.5, 5.0, 90.0, 900.0] {
+            let vectors = Vectors::whole([0.4, 0.0, range, 0.0], [1e-3, 1e-3, 0.1, 0.05]);
+            let (state, _) = start(&vectors, &Population::PAPER);
+            let got = state[..3].iter().map(|x| x * x).sum::<f64>().sqrt();
+            assert!((got - range).abs() < 0.05, "{range} {got}");
+        }
+    }
+
+    /// 30 m/s along the line of sight: the velocity across may be as large.
+    #[test]
+    fn a_speed_far_from_the_population_is_believed() {
+        let vectors = Vectors::whole([0.1, 0.0, 33.0, 30.0], [1e-3, 1e-3, 0.1, 0.05]);
+        let (state, covariance) = start(&vectors, &Population::PAPER);
+        assert!((state[3] - 30.0).abs() < 0.5, "{state:?}");
+        assert!(covariance[4][4].sqrt() > 8.0);
+        let slow = Vectors::whole([0.1, 0.0, 33.0, 1.0], [1e-3, 1e-3, 0.1, 0.05]);
+        let (_, covariance) = start(&slow, &Population::PAPER);
+        assert!((covariance[4][4].sqrt() - 1.6).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_was_not_measured_is_the_population() {
+        let mut vectors = Vectors::whole([0.0, 1.0, 0.0, 0.0], [1.0, 0.01, 1.0, 1.0]);
+        vectors.present = [0.0, 1.0, 0.0, 0.0];
+        let p = Population::PAPER;
+        let (state, covariance) = start(&vectors, &p);
+        let range = state[..3].iter().map(|x| x * x).sum::<f64>().sqrt();
+        assert!((range - p.range_m).abs() < 1.0, "{range}");
+        let upward = (state[2] / range).asin();
+        assert!((upward - p.elevation_rad).abs() < 0.02, "{upward}");
+        let spread: f64 = (0..3).map(|i| covariance[i][i]).sum();
+        let expected = p.range_sigma_m.powi(2) + (p.range_m * p.elevation_sigma_rad).powi(2);
+        assert!((spread / expected - 1.0).abs() < 0.1, "{spread} {expected}");
+        assert_eq!(state[3..6], [0.0; 3]);
+        assert!((covariance[5][5] - 0.25).abs() < 1e-12);
     }
 }

@@ -1,33 +1,30 @@
-//! The filter around the network: start, predict, gate, correct, bound, restart.
+//! The filter around the network: start, predict, gate, correct, agree, settle.
 
-use super::correction::{GATE_NIS, correct};
+use super::candidate::{AGREEING, Candidate, Verdict};
+use super::correction::GATE_NIS;
+use super::envelope::Envelope;
 use super::features::{FEATURE_LIMIT, FEATURES, features};
-use super::memory::{Memory, NOTES};
-use super::motion::{Covariance, State, predict};
+use super::memory::NOTES;
 use super::population::{Base, Population, read};
 use super::schedule::{JERK_OUTPUT, JERK_SCALE, OUTPUTS, SCHEDULE, Schedule};
-use super::sight::LineOfSight;
-use super::start::start;
+use super::track::Track;
 use crate::blob::Blob;
-use crate::coast::seconds_between;
-use crate::estimate::{Estimate, Mode, Motion};
-use crate::measurement::Measurement;
+use crate::clock::seconds_between;
+use crate::estimate::{Estimate, Mode, NIS_MAX};
+use crate::measurement::{Measurement, Vectors};
 use crate::monte_carlo::separate_moments;
 use crate::network::{Network, Scratch};
 use crate::rng::{Generator, seeded};
-use crate::tracker::{Settings, StepError, check_time};
+use crate::settings::Settings;
+use crate::step_error::StepError;
 
 /// Longest time that one schedule is used for, s; longer gaps are predicted in equal parts.
 const INTERVAL_MAX_S: f32 = 0.25;
-/// After a longer silence the next measurement starts the filter anew, s.
+/// After a longer silence the network is not asked any more, and the next measurement starts the
+/// filter anew, s. With [`INTERVAL_MAX_S`] it bounds the network's work in one call.
 const SILENCE_MAX_S: f32 = 10.0;
-/// Measurements in a row outside the gate after which the filter starts anew.
-pub const REJECTIONS_MAX: u8 = 3;
-/// Speed, m/s, and acceleration, m/s^2, that no target of this kind reaches.
-const SPEED_MAX_MPS: f32 = 60.0;
-const ACCELERATION_MAX_MPS2: f32 = 80.0;
-/// Variance of a position component, m^2, beyond which the filter has lost the target.
-const POSITION_VARIANCE_MAX_M2: f32 = 1e6;
+/// Whitened innovations of rejected measurements are remembered within this many deviations.
+const WHITENED_MAX: f32 = 1e3;
 
 /// A nine-state filter over one target, driven by the network of a recursive blob.
 pub(crate) struct Recursive<'a> {
@@ -35,19 +32,13 @@ pub(crate) struct Recursive<'a> {
     settings: Settings,
     population: Population<f32>,
     base: Base<f32>,
+    envelope: Envelope,
     rng: Generator,
     scratch: Scratch,
     track: Option<Track>,
-}
-
-/// The filter's state at one time.
-#[derive(Clone, Copy)]
-struct Track {
-    time_us: u64,
-    state: State<f32>,
-    covariance: Covariance<f32>,
-    memory: Memory<f32>,
+    /// Measurements in a row that the track rejected.
     rejections: u8,
+    candidate: Option<Candidate>,
 }
 
 /// What one answer of the network means after the prediction.
@@ -59,16 +50,15 @@ struct Step {
     notes: [f32; NOTES],
 }
 
-impl Track {
-    fn remember(&mut self, step: &Step, used: bool) {
-        if step.interval_s > 0.0 {
-            let velocity = [self.state[3], self.state[4], self.state[5]];
-            self.memory.stepped(
-                step.interval_s,
-                f32::from(u8::from(used)),
-                velocity,
-                &step.notes,
-            );
+impl Step {
+    /// Lets a track remember the step.
+    fn remember(&self, track: &mut Track, used: bool) {
+        if self.interval_s > 0.0 {
+            let used = f32::from(u8::from(used));
+            let velocity = track.velocity();
+            track
+                .memory
+                .stepped(self.interval_s, used, velocity, &self.notes);
         }
     }
 }
@@ -82,109 +72,145 @@ impl<'a> Recursive<'a> {
             settings,
             population,
             base,
+            envelope: Envelope::of(&population),
             rng: seeded(settings.seed),
             scratch: Scratch::new(),
             track: None,
+            rejections: 0,
+            candidate: None,
         }
     }
 
     /// Forgets the target and starts the random stream again.
     pub fn reset(&mut self) {
         self.rng = seeded(self.settings.seed);
-        self.track = None;
+        self.forget();
     }
 
-    /// The estimate at the time of `measurement`, whose values were checked.
-    pub fn step(&mut self, measurement: &Measurement) -> Result<Estimate, StepError> {
-        let Some(track) = self.track else {
-            return Ok(self.start(measurement, Mode::Started));
+    fn forget(&mut self) {
+        self.track = None;
+        self.rejections = 0;
+        self.candidate = None;
+    }
+
+    /// The estimate at the time of `measurement`, whose values and time were checked; `anew` when its
+    /// time does not follow the ones before.
+    pub fn step(&mut self, measurement: &Measurement, anew: bool) -> Result<Estimate, StepError> {
+        let Some(track) = self.track.filter(|_| !anew) else {
+            return self.start(measurement, Mode::Started);
         };
-        check_time(Some(track.time_us), measurement.time_us)?;
         let dt_s = seconds_between(track.time_us, measurement.time_us);
         if track.memory.coast_s + dt_s > SILENCE_MAX_S {
-            return Ok(self.start(measurement, Mode::Started));
+            return self.start(measurement, Mode::Started);
         }
-        let Some((mut track, step)) = self.predicted(track, measurement.time_us)? else {
-            return Ok(self.start(measurement, Mode::Restarted));
-        };
-        let sigmas = measurement.sigmas.in_order();
-        let (corrected, whitened) = correct(
-            &track.state,
-            &track.covariance,
-            &measurement.in_order(),
-            &sigmas,
-            step.sensor_scale,
-        );
-        let Ok(corrected) = corrected.checked() else {
-            return Ok(self.start(measurement, Mode::Restarted));
-        };
-        track.memory.measured(whitened, sigmas);
-        if corrected.nis >= GATE_NIS as f32 {
-            track.rejections += 1;
-            if track.rejections >= REJECTIONS_MAX {
-                return Ok(self.start(measurement, Mode::Restarted));
+        let (mut track, step) = self.predicted(track, measurement.time_us)?;
+        let vectors = Vectors::from(measurement);
+        let mut nis = NIS_MAX;
+        if let Some((corrected, whitened)) = track.corrected(&vectors, step.sensor_scale) {
+            nis = corrected.nis;
+            let whitened = whitened.map(|y| y.clamp(-WHITENED_MAX, WHITENED_MAX));
+            track.memory.measured(whitened, &vectors);
+            if nis < GATE_NIS as f32 {
+                track.take(&corrected);
+                if track.settle() {
+                    step.remember(&mut track, true);
+                    self.track = Some(track);
+                    self.rejections = 0;
+                    return self.estimate(nis, Mode::Tracking);
+                }
+                return self.start(measurement, Mode::Restarted);
             }
-            track.remember(&step, false);
-            self.track = Some(track);
-            return Ok(estimate(&track, corrected.nis, Mode::Rejected));
         }
-        track.state = corrected.state;
-        track.covariance = corrected.covariance;
-        if !within_bounds(&track) {
-            return Ok(self.start(measurement, Mode::Restarted));
+        if !track.settle() {
+            return self.start(measurement, Mode::Restarted);
         }
-        track.rejections = 0;
-        track.remember(&step, true);
+        step.remember(&mut track, false);
         self.track = Some(track);
-        Ok(estimate(&track, corrected.nis, Mode::Tracking))
+        self.rejections = self.rejections.saturating_add(1);
+        let mode = if self.is_replaced(measurement) {
+            Mode::Restarted
+        } else {
+            Mode::Rejected
+        };
+        self.estimate(nis, mode)
     }
 
     /// The estimate at `time_us` without a measurement.
     pub fn coast(&mut self, time_us: u64) -> Result<Estimate, StepError> {
         let track = self.track.ok_or(StepError::NotStarted)?;
-        check_time(Some(track.time_us), time_us)?;
-        // Out of bounds there is nothing to start from: the last state stands, as it was.
-        let track = match self.predicted(track, time_us)? {
-            Some((mut predicted, step)) => {
-                predicted.memory.missed();
-                predicted.remember(&step, false);
-                predicted
-            }
-            None => Track { time_us, ..track },
-        };
+        let (mut track, step) = self.predicted(track, time_us)?;
+        if !track.settle() {
+            self.forget();
+            return Err(StepError::Lost);
+        }
+        track.memory.missed();
+        step.remember(&mut track, false);
         self.track = Some(track);
-        Ok(estimate(&track, 0.0, Mode::Coasting))
+        self.estimate(0.0, Mode::Coasting)
     }
 
-    fn start(&mut self, measurement: &Measurement, mode: Mode) -> Estimate {
-        let (state, covariance) = start(
-            measurement.in_order(),
-            measurement.sigmas.in_order(),
-            &self.population,
-        );
-        let velocity = [state[3], state[4], state[5]];
-        let track = Track {
-            time_us: measurement.time_us,
-            state,
-            covariance,
-            memory: Memory::start(measurement.sigmas.in_order(), velocity),
-            rejections: 0,
-        };
+    fn start(&mut self, measurement: &Measurement, mode: Mode) -> Result<Estimate, StepError> {
+        let track = Track::start(measurement, &self.population)?;
+        self.forget();
         self.track = Some(track);
-        estimate(&track, 0.0, mode)
+        self.estimate(0.0, mode)
     }
 
-    /// The track at `time_us` before any correction, with what is still to be remembered of the
-    /// last part of the way; `None` when it left its bounds.
-    fn predicted(
-        &mut self,
-        mut track: Track,
-        time_us: u64,
-    ) -> Result<Option<(Track, Step)>, StepError> {
+    /// Shows the candidate a measurement that the track rejected; true when it took over.
+    fn is_replaced(&mut self, measurement: &Measurement) -> bool {
+        let time_us = measurement.time_us;
+        let Some(mut candidate) = self.candidate.filter(|known| known.is_alive(time_us)) else {
+            self.candidate = Candidate::start(measurement, &self.suspected());
+            return false;
+        };
+        let verdict = candidate.meet(measurement, &self.base);
+        self.candidate = if candidate.is_alive(time_us) {
+            Some(candidate)
+        } else {
+            Candidate::start(measurement, &self.suspected())
+        };
+        if verdict == Verdict::Wait {
+            return false;
+        }
+        let Some(track) = self.track else {
+            return false;
+        };
+        let longer = candidate.track().used > track.used;
+        if self.rejections < AGREEING && !longer {
+            return false;
+        }
+        self.track = Some(*candidate.track());
+        self.candidate = Some(Candidate::deposed(track));
+        self.rejections = 0;
+        true
+    }
+
+    /// What is known of a target that the track does not explain: the population's place, and any
+    /// motion within the envelope.
+    fn suspected(&self) -> Population<f32> {
+        Population {
+            horizontal_sigma_mps: self.envelope.speed_max_mps,
+            vertical_sigma_mps: self.envelope.speed_max_mps,
+            acceleration_sigma_mps2: 0.5 * self.envelope.acceleration_max_mps2,
+            ..self.population
+        }
+    }
+
+    /// The present track as an estimate; there is one.
+    fn estimate(&self, nis: f32, mode: Mode) -> Result<Estimate, StepError> {
+        let track = self.track.as_ref().ok_or(StepError::NotStarted)?;
+        let outside =
+            !(self.envelope.holds_motion(&track.state) && self.envelope.holds_place(&track.state));
+        Ok(track.estimate(nis, mode, outside))
+    }
+
+    /// The track at `time_us` before any correction, not settled yet, with what is still to be
+    /// remembered of the last part of the way.
+    fn predicted(&mut self, mut track: Track, time_us: u64) -> Result<(Track, Step), StepError> {
         let dt_s = seconds_between(track.time_us, time_us);
         track.time_us = time_us;
         let mut parts = 1_u16;
-        while dt_s > INTERVAL_MAX_S * f32::from(parts) && dt_s <= SILENCE_MAX_S {
+        while dt_s > INTERVAL_MAX_S * f32::from(parts) {
             parts += 1;
         }
         let interval_s = dt_s / f32::from(parts);
@@ -194,48 +220,49 @@ impl<'a> Recursive<'a> {
             notes: [0.0; NOTES],
         };
         if interval_s <= 0.0 {
-            return Ok(Some((track, step)));
+            return Ok((track, step));
         }
         for part in 0..parts {
             if part > 0 {
                 track.memory.missed();
-                track.remember(&step, false);
+                step.remember(&mut track, false);
             }
-            let sight = LineOfSight::to([track.state[0], track.state[1], track.state[2]]);
-            let inputs = features(
-                &track.state,
-                &track.covariance,
-                &track.memory,
-                &sight,
-                interval_s,
-            );
-            let (outputs, jerk_variance) = self.infer(inputs);
-            if !outputs
-                .iter()
-                .chain(&jerk_variance)
-                .all(|value| value.is_finite())
-            {
-                return Err(StepError::NetworkNotFinite);
-            }
-            let mut schedule = Schedule::read(&outputs, &self.base);
-            for (noise, variance) in schedule.jerk_noise.iter_mut().zip(jerk_variance) {
-                // A constant jerk of unknown size over the interval weighs like white jerk of this
-                // density.
-                *noise += variance * interval_s;
-            }
-            let (state, covariance) = predict(
-                &track.state,
-                &track.covariance,
-                &sight,
-                &schedule,
-                interval_s,
-            );
-            track.state = state;
-            track.covariance = covariance;
+            let sight = track.sight();
+            let schedule = if !self.envelope.holds_motion(&track.state) {
+                step.notes = [0.0; NOTES];
+                Schedule::wide(&self.base)
+            } else if track.memory.coast_s > SILENCE_MAX_S {
+                step.notes = [0.0; NOTES];
+                Schedule::read(&[0.0; OUTPUTS], &self.base)
+            } else {
+                let inputs = features(
+                    &track.state,
+                    &track.covariance,
+                    &track.memory,
+                    &sight,
+                    interval_s,
+                );
+                let (outputs, jerk_variance) = self.infer(inputs);
+                if !outputs
+                    .iter()
+                    .chain(&jerk_variance)
+                    .all(|value| value.is_finite())
+                {
+                    return Err(StepError::NetworkNotFinite);
+                }
+                step.notes.copy_from_slice(&outputs[SCHEDULE..]);
+                let mut schedule = Schedule::read(&outputs, &self.base);
+                for (noise, variance) in schedule.jerk_noise.iter_mut().zip(jerk_variance) {
+                    // A constant jerk of unknown size over the interval weighs like white jerk of
+                    // this density.
+                    *noise += variance * interval_s;
+                }
+                schedule
+            };
             step.sensor_scale = schedule.sensor_scale;
-            step.notes.copy_from_slice(&outputs[SCHEDULE..]);
+            track.predict(&sight, &schedule, interval_s);
         }
-        Ok(within_bounds(&track).then_some((track, step)))
+        Ok((track, step))
     }
 
     /// The network's outputs, and the variance of the mean jerk over passes, (m/s^3)^2.
@@ -271,40 +298,5 @@ impl<'a> Recursive<'a> {
             *output = pairs.get(2 * i) + scale(i) * *output;
         }
         (outputs, jerk_variance)
-    }
-}
-
-/// Whether everything is finite and the motion is one that a target of this kind can have.
-fn within_bounds(track: &Track) -> bool {
-    let (state, covariance) = (&track.state, &track.covariance);
-    let squared = |from: usize| {
-        state[from] * state[from]
-            + state[from + 1] * state[from + 1]
-            + state[from + 2] * state[from + 2]
-    };
-    squared(3) < SPEED_MAX_MPS * SPEED_MAX_MPS
-        && squared(6) < ACCELERATION_MAX_MPS2 * ACCELERATION_MAX_MPS2
-        && squared(0).is_finite()
-        && covariance
-            .as_flattened()
-            .iter()
-            .all(|value| value.is_finite())
-        && (0..9).all(|i| covariance[i][i] > 0.0)
-        && (0..3).all(|i| covariance[i][i] < POSITION_VARIANCE_MAX_M2)
-}
-
-fn estimate(track: &Track, nis: f32, mode: Mode) -> Estimate {
-    let (state, covariance) = (&track.state, &track.covariance);
-    Estimate {
-        time_us: track.time_us,
-        position_m: core::array::from_fn(|i| state[i]),
-        covariance_m2: core::array::from_fn(|i| core::array::from_fn(|j| covariance[i][j])),
-        nis,
-        mode,
-        motion: Some(Motion {
-            velocity_mps: core::array::from_fn(|i| state[3 + i]),
-            acceleration_mps2: core::array::from_fn(|i| state[6 + i]),
-            covariance: *covariance,
-        }),
     }
 }

@@ -1,7 +1,7 @@
 //! A gate before a filter, as the firmware's recursive tracker has one: a reading far outside what
 //! was expected is not used, and after three of them in a row the filter starts anew.
 
-use bnkf::recursive::REJECTIONS_MAX;
+use bnkf::recursive::AGREEING as REJECTIONS_MAX;
 use bnkf_model_export::reading::Reading;
 use nalgebra::Vector3;
 

@@ -1,5 +1,6 @@
 //! What one flight carries from one filter step to the next, and its numbers in a row.
 
+use bnkf::measurement::Vectors;
 use bnkf::recursive::memory::{MEANS, Memory, NOTES};
 use bnkf::recursive::motion::{Covariance, State};
 use bnkf::recursive::population::Population;
@@ -36,7 +37,7 @@ impl<S: Scalar> Carry<S> {
         sigmas: [S; MEASUREMENT],
         population: &Population<S>,
     ) -> Self {
-        let (state, covariance) = start(measured, sigmas, population);
+        let (state, covariance) = start(&Vectors::whole(measured, sigmas), population);
         Self {
             state,
             covariance,

@@ -4,6 +4,7 @@ use super::carry::{CARRY, Carry, MEASUREMENT, STATE};
 use super::normalisation::Normalisation;
 use super::program::Program;
 use bnkf::cholesky::{cholesky, forward_substitute};
+use bnkf::measurement::Vectors;
 use bnkf::recursive::correction::{GATE_NIS, correct};
 use bnkf::recursive::features::{FEATURES, features};
 use bnkf::recursive::motion::{Covariance, State, predict};
@@ -71,13 +72,8 @@ pub fn advance<S: Scalar>(
         &schedule,
         arrival.dt_s,
     );
-    let (corrected, whitened) = correct(
-        &state,
-        &covariance,
-        &arrival.measurement,
-        &arrival.sigmas,
-        schedule.sensor_scale,
-    );
+    let vectors = Vectors::whole(arrival.measurement, arrival.sigmas);
+    let (corrected, whitened) = correct(&state, &covariance, &vectors, schedule.sensor_scale);
     let measured = arrival.measured;
     let used = measured * (S::constant(GATE_NIS) - corrected.nis).step();
     let between = |from: S, to: S, weight: S| from + weight * (to - from);
@@ -94,7 +90,7 @@ pub fn advance<S: Scalar>(
         }
     }
     let (mut seen, mut unseen) = (carry.memory, carry.memory);
-    seen.measured(whitened, arrival.sigmas);
+    seen.measured(whitened, &vectors);
     unseen.missed();
     let blend = |unseen: [S; MEASUREMENT], seen: [S; MEASUREMENT]| {
         core::array::from_fn(|i| between(unseen[i], seen[i], measured))

@@ -9,6 +9,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::clock::seconds_between;
+
 /// A measured estimate to extrapolate from.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Fix {
@@ -26,12 +28,6 @@ pub(crate) struct Population {
     pub speed_sigma: f32,
     /// Standard deviation of an acceleration component, m/s^2.
     pub acceleration_sigma: f32,
-}
-
-/// Time between two instants in seconds; `later` is not before `earlier`.
-pub(crate) fn seconds_between(earlier_us: u64, later_us: u64) -> f32 {
-    // Differences are short; only they are converted, so epoch times lose nothing.
-    later_us.saturating_sub(earlier_us) as f32 * 1e-6
 }
 
 /// The position at `time_us` from the latest fix and, if there is one, the fix before it.

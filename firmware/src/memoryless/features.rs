@@ -2,7 +2,7 @@
 
 use libm::logf;
 
-use crate::Measurement;
+use super::plot::Plot;
 use crate::blob::FeatureLayout;
 use crate::scalar::Scalar;
 
@@ -15,28 +15,32 @@ pub const FEATURES_MAX: usize = 13;
 /// `previous` is the current one and the age zero.
 pub fn features(
     layout: FeatureLayout,
-    previous: &Measurement,
-    current: &Measurement,
+    previous: &Plot,
+    current: &Plot,
     age_s: f32,
 ) -> [f32; FEATURES_MAX] {
-    let s = &current.sigmas;
-    let sigmas = [s.range_m, s.elevation_rad, s.azimuth_rad, s.range_rate_mps];
+    let sigmas = [
+        current.range.sigma,
+        current.elevation.sigma,
+        current.azimuth.sigma,
+        current.range_rate.sigma,
+    ];
     let (previous_azimuth, sigmas) = match layout {
-        FeatureLayout::Polar12 => (previous.azimuth_rad, sigmas),
+        FeatureLayout::Polar12 => (previous.azimuth.value, sigmas),
         FeatureLayout::Polar13 | FeatureLayout::Recursive64 => {
-            let difference = Scalar::wrap(previous.azimuth_rad - current.azimuth_rad);
-            (current.azimuth_rad + difference, sigmas.map(logf))
+            let difference = Scalar::wrap(previous.azimuth.value - current.azimuth.value);
+            (current.azimuth.value + difference, sigmas.map(logf))
         }
     };
     [
-        previous.range_m,
-        previous.elevation_rad,
+        previous.range.value,
+        previous.elevation.value,
         previous_azimuth,
-        previous.range_rate_mps,
-        current.range_m,
-        current.elevation_rad,
-        current.azimuth_rad,
-        current.range_rate_mps,
+        previous.range_rate.value,
+        current.range.value,
+        current.elevation.value,
+        current.azimuth.value,
+        current.range_rate.value,
         sigmas[0],
         sigmas[1],
         sigmas[2],
@@ -48,26 +52,23 @@ pub fn features(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Sigmas;
+    use crate::measurement::Sensed;
 
     #[test]
     fn previous_azimuth_stays_within_half_a_turn() {
-        let sigmas = Sigmas {
-            range_m: 1.0,
-            elevation_rad: 0.1,
-            azimuth_rad: 0.1,
-            range_rate_mps: 0.01,
-        };
-        let current = Measurement {
+        let sensed = |value, sigma| Sensed { value, sigma };
+        let current = Plot {
             time_us: 0,
-            range_m: 30.0,
-            elevation_rad: 0.3,
-            azimuth_rad: 3.1,
-            range_rate_mps: 0.0,
-            sigmas,
+            range: sensed(30.0, 1.0),
+            elevation: sensed(0.3, 0.1),
+            azimuth: sensed(3.1, 0.2),
+            range_rate: sensed(-1.5, 0.01),
         };
-        let previous = Measurement {
-            azimuth_rad: -3.1,
+        let previous = Plot {
+            range: sensed(31.0, 1.0),
+            elevation: sensed(0.25, 0.1),
+            azimuth: sensed(-3.1, 0.2),
+            range_rate: sensed(-1.25, 0.01),
             ..current
         };
         let unwrapped = features(FeatureLayout::Polar13, &previous, &current, 0.1);
@@ -76,6 +77,9 @@ mod tests {
         assert_eq!(unwrapped[12], 0.1);
         let printed = features(FeatureLayout::Polar12, &previous, &current, 0.1);
         assert_eq!(printed[2], -3.1);
-        assert_eq!(printed[8], 1.0);
+        let first = [
+            31.0, 0.25, -3.1, -1.25, 30.0, 0.3, 3.1, -1.5, 1.0, 0.1, 0.2, 0.01,
+        ];
+        assert_eq!(printed[..12], first);
     }
 }

@@ -1,0 +1,74 @@
+//! Why a step was refused.
+
+use crate::clock::AHEAD_MAX_US;
+use crate::ekf::EkfError;
+use crate::measurement::{Channel, MeasurementError};
+
+/// Why a step was refused; the tracker is as before, apart from its random stream and what it
+/// remembers of strange times (see [`Clock`](crate::clock::Clock)).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StepError {
+    /// The measurement cannot be used.
+    Measurement(MeasurementError),
+    /// The channel is missing, and this step cannot do without: a memoryless blob reads all four,
+    /// and a recursive track starts from an azimuth.
+    Missing(Channel),
+    /// The same measurement, time and content, as the latest one.
+    Repeated,
+    /// The time lies before that of an earlier step.
+    TimeWentBack {
+        /// Time of the latest step, microseconds.
+        latest_us: u64,
+        /// Time given, microseconds.
+        given_us: u64,
+    },
+    /// The time lies more than [`AHEAD_MAX_US`] after that of the latest step. A second measurement
+    /// in a row from there, or a reset, starts a new track.
+    TimeTooFarAhead {
+        /// Time of the latest step, microseconds.
+        latest_us: u64,
+        /// Time given, microseconds.
+        given_us: u64,
+    },
+    /// There is nothing to coast from yet.
+    NotStarted,
+    /// The network's output is NaN or infinite.
+    NetworkNotFinite,
+    /// The correction was refused.
+    Correction(EkfError),
+    /// What is left of the track says nothing any more (its deviation has passed
+    /// [`POSITION_SIGMA_MAX_M`](crate::estimate::POSITION_SIGMA_MAX_M)): it was given up. The next
+    /// measurement starts a new one.
+    Lost,
+}
+
+impl core::fmt::Display for StepError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Measurement(error) => write!(f, "measurement: {error}"),
+            Self::Missing(channel) => write!(f, "{channel} is missing and needed"),
+            Self::Repeated => f.write_str("the same measurement as the latest one"),
+            Self::TimeWentBack {
+                latest_us,
+                given_us,
+            } => {
+                write!(f, "time_us went back from {latest_us} to {given_us}")
+            }
+            Self::TimeTooFarAhead {
+                latest_us,
+                given_us,
+            } => {
+                write!(
+                    f,
+                    "time_us jumped from {latest_us} to {given_us}, more than {AHEAD_MAX_US} ahead"
+                )
+            }
+            Self::NotStarted => f.write_str("no measurement yet"),
+            Self::NetworkNotFinite => f.write_str("the network's output is not finite"),
+            Self::Correction(error) => write!(f, "correction: {error}"),
+            Self::Lost => f.write_str("the track was given up: nothing is known of it any more"),
+        }
+    }
+}
+
+impl core::error::Error for StepError {}
