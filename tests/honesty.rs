@@ -468,7 +468,9 @@ fn exact_and_blunt_channels_together_start_soundly() {
                                     count += 1;
                                 }
                                 // A thousand kilometres to within a radian are nowhere.
-                                Err(StepError::Lost) => assert!(range * sigmas[1] > 5e4),
+                                Err(StepError::Lost) => {
+                                    assert!(range * sigmas[1] > 5e4, "{i} {measurement:?}")
+                                }
                                 Err(error) => assert!(i > 0, "{error}"),
                             }
                         }
@@ -520,6 +522,15 @@ fn with_false_alarms(share: f32, seed: u64) -> (f32, usize) {
             z(i)
         };
         let estimate = tracker.step(&measurement).unwrap();
+        if std::env::var_os("DBG").is_some() {
+            println!(
+                "{i} {alarm} {:?} {:.2} {:.2} nis {:.1}",
+                estimate.mode,
+                distance(&estimate, truth),
+                sigma(&estimate),
+                estimate.nis
+            );
+        }
         if distance(&estimate, truth) > 3.0 {
             lost += 1;
             run += 1;

@@ -142,8 +142,9 @@ fn refusals_are_the_same_and_leave_the_track_alone() {
     let mut steps = flight()[..8].to_vec();
     let measured = |at: usize| steps[at].measurement.unwrap();
     let (mut not_finite, mut no_sigma) = (measured(0), measured(0));
-    not_finite.range_m = f32::NAN;
-    no_sigma.sigmas.azimuth_rad = 0.0;
+    let sensed = |value, sigma| Some(bnkf::Sensed { value, sigma });
+    not_finite.range = sensed(f32::NAN, 1.0);
+    no_sigma.azimuth = sensed(0.1, 0.0);
     let late = measured(1);
     for (at, measurement) in [(3, not_finite), (4, no_sigma), (5, late)] {
         let time_us = measurement.time_us;

@@ -6,6 +6,7 @@ mod tolerance;
 mod untrained;
 
 use bnkf::blob::Blob;
+use bnkf::measurement::Vectors;
 use bnkf::network::Network;
 use bnkf::recursive::population::{Base, Population};
 use bnkf::recursive::schedule::OUTPUTS;
@@ -30,9 +31,8 @@ impl Twin<'_> {
     /// The f64 step, fed with the same f32 measurement and the same integer network.
     fn step(&mut self, measurement: Option<&Measurement>, dt_s: f64) -> Carry<f64> {
         let polar = measurement.map(|m| {
-            let values = [m.elevation_rad, m.azimuth_rad, m.range_m, m.range_rate_mps];
-            let s = &m.sigmas;
-            let sigmas = [s.elevation_rad, s.azimuth_rad, s.range_m, s.range_rate_mps];
+            let vectors = Vectors::from(m);
+            let (values, sigmas) = (vectors.measured, vectors.sigmas);
             (values.map(f64::from), sigmas.map(f64::from))
         });
         let next = match (&self.carry, polar) {

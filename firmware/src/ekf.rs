@@ -67,7 +67,7 @@ impl<const N: usize> Corrected<f32, N> {
 const AXIS_VARIANCE_MIN_M2: f32 = 1e-6;
 /// Least variance of a measurement's noise, as a part of what the state already doubts it by: below
 /// it rounding in single precision would decide the corrected variance.
-const NOISE_MIN_PART: f64 = 1e-5;
+pub const NOISE_MIN_PART: f64 = 1e-5;
 
 /// Corrects a position with a measured one (paper Eq. 12-13, H = I).
 ///

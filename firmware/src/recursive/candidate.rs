@@ -24,6 +24,9 @@ const AGREEMENT_NIS: f32 = 18.5;
 const MISSES_MAX: u8 = 2;
 /// Time without agreement after which a candidate is given up, s.
 const AGE_MAX_S: f32 = 5.0;
+/// Deviations of the population's range that a candidate's position may be unsure by. Beyond it
+/// nearly anything would agree with it.
+const UNSURE_MAX: f32 = 2.0;
 
 /// A track that may take over.
 #[derive(Clone, Copy, Debug)]
@@ -36,6 +39,8 @@ pub struct Candidate {
 /// What a rejected measurement did to the candidate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
+    /// The candidate is too old, too unsure or too often contradicted to go on with.
+    Over,
     /// Nothing is certain yet.
     Wait,
     /// The candidate has had enough agreement.
@@ -66,15 +71,22 @@ impl Candidate {
         &self.track
     }
 
-    /// Whether the candidate is still worth comparing with at `time_us`.
-    pub fn is_alive(&self, time_us: u64) -> bool {
-        self.misses < MISSES_MAX && seconds_between(self.track.time_us, time_us) <= AGE_MAX_S
-    }
-
     /// Compares a measurement with the candidate, and takes it in if it agrees.
-    pub fn meet(&mut self, measurement: &Measurement, base: &Base<f32>) -> Verdict {
+    pub fn meet(
+        &mut self,
+        measurement: &Measurement,
+        base: &Base<f32>,
+        population: &Population<f32>,
+    ) -> Verdict {
+        if seconds_between(self.track.time_us, measurement.time_us) > AGE_MAX_S {
+            return Verdict::Over;
+        }
         let mut moved = self.track;
         moved.drift(measurement.time_us, base);
+        let unsure_max = UNSURE_MAX * population.range_sigma_m;
+        if moved.position_variance() > unsure_max * unsure_max {
+            return Verdict::Over;
+        }
         let vectors = Vectors::from(measurement);
         let agreed = match moved.corrected(&vectors, [1.0; 3]) {
             Some((corrected, whitened)) if corrected.nis < AGREEMENT_NIS => {
@@ -86,7 +98,11 @@ impl Candidate {
         };
         if !agreed {
             self.misses += 1;
-            return Verdict::Wait;
+            return if self.misses < MISSES_MAX {
+                Verdict::Wait
+            } else {
+                Verdict::Over
+            };
         }
         self.track = moved;
         self.misses = 0;

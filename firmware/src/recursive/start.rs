@@ -2,6 +2,7 @@
 
 use super::motion::{Covariance, State};
 use super::population::Population;
+use crate::ekf::NOISE_MIN_PART;
 use crate::measurement::Vectors;
 use crate::radar::position;
 use crate::scalar::Scalar;
@@ -74,6 +75,7 @@ pub fn start<S: Scalar>(
     let speed_variances = [level * widen, level * widen, vertical * widen];
     let mut state = [c(0.0); 9];
     let gained: [S; 3] = core::array::from_fn(|axis| unit[axis] * speed_variances[axis]);
+    let noise = noise.max(c(NOISE_MIN_PART) * along * widen);
     let weight = vectors.present[3] / (along * widen + noise);
     for row in 0..3 {
         state[row] = mean[row];

@@ -83,6 +83,11 @@ impl Track {
         [self.state[3], self.state[4], self.state[5]]
     }
 
+    /// Sum of the position's variances, m^2.
+    pub fn position_variance(&self) -> f32 {
+        (0..3).map(|i| self.covariance[i][i]).sum()
+    }
+
     /// The line of sight to the position.
     pub fn sight(&self) -> LineOfSight<f32> {
         LineOfSight::to([self.state[0], self.state[1], self.state[2]])

@@ -158,21 +158,15 @@ impl<'a> Recursive<'a> {
 
     /// Shows the candidate a measurement that the track rejected; true when it took over.
     fn is_replaced(&mut self, measurement: &Measurement) -> bool {
-        let time_us = measurement.time_us;
-        let Some(mut candidate) = self.candidate.filter(|known| known.is_alive(time_us)) else {
+        let verdict = match &mut self.candidate {
+            Some(candidate) => candidate.meet(measurement, &self.base, &self.population),
+            None => Verdict::Over,
+        };
+        if verdict == Verdict::Over {
             self.candidate = Candidate::start(measurement, &self.suspected());
-            return false;
-        };
-        let verdict = candidate.meet(measurement, &self.base);
-        self.candidate = if candidate.is_alive(time_us) {
-            Some(candidate)
-        } else {
-            Candidate::start(measurement, &self.suspected())
-        };
-        if verdict == Verdict::Wait {
-            return false;
         }
-        let Some(track) = self.track else {
+        let (Verdict::Agreed, Some(track), Some(candidate)) = (verdict, self.track, self.candidate)
+        else {
             return false;
         };
         let longer = candidate.track().used > track.used;
