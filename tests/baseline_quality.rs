@@ -9,15 +9,15 @@ use bnkf_host_sim::baseline::bound::{mean_distance_m, position_bounds};
 use bnkf_host_sim::baseline::correction::Correction;
 use bnkf_host_sim::baseline::sigma_points::Spread;
 use bnkf_host_sim::baseline::tuning::Tuning;
-use bnkf_host_sim::cell::CellMetrics;
+use bnkf_host_sim::contest::track::track;
+use bnkf_host_sim::contest::tunings::Tunings;
 use bnkf_host_sim::filter::Filter;
-use bnkf_host_sim::radar::{Condition, Radar};
-use bnkf_host_sim::track::track;
-use bnkf_host_sim::tunings::Tunings;
-use bnkf_model_export::flight::{Flight, Sample};
-use bnkf_model_export::gaps::SamplingRate;
-use bnkf_model_export::generator::{GeneratorSettings, generate, generate_one};
-use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
+use bnkf_host_sim::scenario::radar::{Condition, Radar};
+use bnkf_host_sim::scoring::cell::CellMetrics;
+use bnkf_model_export::flights::flight::{Flight, Sample};
+use bnkf_model_export::flights::generator::{GeneratorSettings, generate, generate_one};
+use bnkf_model_export::radar::gaps::SamplingRate;
+use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 
 use tolerance::{
     BOUND_ED_RATIO, PARTICLE_ED_RATIO_MAX, TUNED_COVERAGE90, TUNED_ED_M, TUNED_NEES,

@@ -1,6 +1,6 @@
 //! What every method under test does: take one reading at a time, answer with a position.
 
-use bnkf_model_export::reading::Reading;
+use bnkf_model_export::radar::reading::Reading;
 use nalgebra::{Matrix3, Vector3};
 
 /// What a filter knows when a flight begins.

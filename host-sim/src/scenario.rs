@@ -3,13 +3,14 @@
 //! Keys are strict: unknown, missing or out-of-range ones are errors that name file and line.
 
 mod error;
+pub mod radar;
 mod toml_form;
 
 use std::path::Path;
 
-use bnkf_model_export::volume::Volume;
+use bnkf_model_export::flights::volume::Volume;
 
-use crate::radar::Radar;
+use radar::Radar;
 
 pub use error::ScenarioError;
 
@@ -70,12 +71,12 @@ impl Scenario {
 mod tests {
     use std::path::Path;
 
-    use bnkf_model_export::gaps::SamplingRate;
-    use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
-    use bnkf_model_export::volume::Volume;
+    use bnkf_model_export::flights::volume::Volume;
+    use bnkf_model_export::radar::gaps::SamplingRate;
+    use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 
     use super::{BUILT_IN, Scenario};
-    use crate::radar::{Pattern, Radar};
+    use crate::scenario::radar::{Pattern, Radar};
 
     #[test]
     fn the_papers_scenario_is_the_papers() {

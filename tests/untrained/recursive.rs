@@ -1,10 +1,10 @@
 //! A recursive blob that needs no training.
 
 use bnkf::blob::{FeatureLayout, Kind};
-use bnkf_model_export::architecture::Architecture;
-use bnkf_model_export::blob_writer::{BlobContents, Normalisation, write_blob};
-use bnkf_model_export::gaussian_weights::GaussianWeights;
-use bnkf_model_export::quantise::quantise;
+use bnkf_model_export::blob::quantise::quantise;
+use bnkf_model_export::blob::writer::{BlobContents, Normalisation, write_blob};
+use bnkf_model_export::posterior::architecture::Architecture;
+use bnkf_model_export::posterior::gaussian_weights::GaussianWeights;
 use bnkf_model_export::random_source::RandomSource;
 use bnkf_model_export::recursive::features::FEATURES;
 use bnkf_model_export::recursive::model::parameters;

@@ -2,7 +2,7 @@
 //! was expected is not used, and after three of them in a row the filter starts anew.
 
 use bnkf::recursive::REJECTIONS_MAX;
-use bnkf_model_export::reading::Reading;
+use bnkf_model_export::radar::reading::Reading;
 use nalgebra::Vector3;
 
 use crate::filter::{Filter, FilterError, PositionEstimate, Start};
@@ -68,7 +68,7 @@ impl<F: Filter + Clone> Filter for Gated<F> {
 
 #[cfg(test)]
 mod tests {
-    use bnkf_model_export::reading::Reading;
+    use bnkf_model_export::radar::reading::Reading;
     use nalgebra::Vector3;
 
     use super::Gated;

@@ -3,7 +3,7 @@
 //! What a filter adds is measured against these. In a gap a rule repeats its last answer, and its
 //! covariance grows by the square of the way a drone of the population goes in the meantime.
 
-use bnkf_model_export::reading::Reading;
+use bnkf_model_export::radar::reading::Reading;
 use nalgebra::{Matrix3, Vector3};
 
 use super::clock::Clock;

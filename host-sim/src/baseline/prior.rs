@@ -1,6 +1,6 @@
 //! What is known of a flight before it is seen: the population of training flights.
 
-use bnkf_model_export::flight::Flight;
+use bnkf_model_export::flights::flight::Flight;
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 

@@ -6,11 +6,11 @@
 //! covariance at once; the likelihood of the innovations would also pay for the range-rate.
 //! Everything is deterministic: seeded noise, no random search, sums in a fixed order.
 
-use bnkf_model_export::flight::Flight;
-use bnkf_model_export::gaps::SamplingRate;
-use bnkf_model_export::noise::NoiseSigmas;
-use bnkf_model_export::radar_sampling::{RadarSettings, sample_radar, time_us};
-use bnkf_model_export::reading::Reading;
+use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::radar::gaps::SamplingRate;
+use bnkf_model_export::radar::noise::NoiseSigmas;
+use bnkf_model_export::radar::reading::Reading;
+use bnkf_model_export::radar::sampling::{RadarSettings, sample_radar, time_us};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -24,7 +24,7 @@ use super::rao_blackwell::RaoBlackwell;
 use super::simplex::{Vertex, minimise};
 use super::singer::Singer;
 use crate::filter::{Filter, Start};
-use crate::metrics::StepScore;
+use crate::scoring::metrics::StepScore;
 
 /// Parameters of the tuned filters at one noise level.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -256,8 +256,8 @@ fn negative_log_density(score: &StepScore) -> f64 {
 mod tests {
     use super::*;
     use crate::baseline::discrete::Discrete;
-    use bnkf_model_export::flight::Sample;
-    use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
+    use bnkf_model_export::flights::flight::Sample;
+    use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
     use bnkf_model_export::random_source::RandomSource;
 
     const TRUE_MOTION: Singer = Singer {

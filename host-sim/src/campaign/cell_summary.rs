@@ -2,14 +2,14 @@
 
 use serde::Serialize;
 
-use crate::bootstrap::{FlightSum, Interval, interval_95};
-use crate::cell::{CellMetrics, ScoredStep};
-use crate::chi_square;
-use crate::consistency::{Bounds, NOMINAL, nees_bounds, nis_bounds, reliability};
+use crate::campaign::step_record::StepRecord;
 use crate::method::Method;
-use crate::phase::Phase;
-use crate::radar::Condition;
-use crate::step_record::StepRecord;
+use crate::scenario::radar::Condition;
+use crate::scoring::bootstrap::{FlightSum, Interval, interval_95};
+use crate::scoring::cell::{CellMetrics, ScoredStep};
+use crate::scoring::chi_square;
+use crate::scoring::consistency::{Bounds, NOMINAL, nees_bounds, nis_bounds, reliability};
+use crate::scoring::phase::Phase;
 
 /// Everything that is known about one method under one condition.
 #[derive(Clone, Debug, Serialize)]
@@ -159,13 +159,13 @@ fn metrics<'a>(steps: impl Iterator<Item = &'a StepRecord>) -> CellMetrics {
 
 #[cfg(test)]
 mod tests {
-    use bnkf_model_export::gaps::SamplingRate;
-    use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
+    use bnkf_model_export::radar::gaps::SamplingRate;
+    use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 
     use super::{CellSummary, Track, error_sums};
+    use crate::campaign::step_record::StepRecord;
     use crate::method::Method;
-    use crate::radar::Condition;
-    use crate::step_record::StepRecord;
+    use crate::scenario::radar::Condition;
 
     const CONDITION: Condition = Condition {
         table: NoiseTable::Radians,

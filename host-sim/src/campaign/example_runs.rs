@@ -1,16 +1,16 @@
 //! What the report shows beyond the sums: tracks of single flights, and what a step costs.
 
-use bnkf_model_export::gaps::SamplingRate;
-use bnkf_model_export::noise::NoiseLevel;
+use bnkf_model_export::radar::gaps::SamplingRate;
+use bnkf_model_export::radar::noise::NoiseLevel;
 
 use super::work_folder::WorkFolder;
 use super::{Campaign, CampaignError};
-use crate::flight_kind::first_of_each;
+use crate::contest::example::Example;
+use crate::contest::flight_kind::first_of_each;
+use crate::contest::roster::{Roster, Supplies};
+use crate::contest::runtime::{self, MethodTime};
 use crate::method::Method;
-use crate::plot::trajectory_figure::Example;
-use crate::radar::Condition;
-use crate::roster::{Roster, Supplies};
-use crate::runtime::{self, MethodTime};
+use crate::scenario::radar::Condition;
 
 /// Flights that are timed.
 const TIMED: usize = 5;

@@ -1,21 +1,21 @@
 //! What a fold's methods are made from: tuned parameters and trained blobs, fitted to the flights
 //! that the fold does not test.
 
-use bnkf_model_export::flight::Flight;
-use bnkf_model_export::held_out::HeldOutError;
+use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::flights::held_out::HeldOutError;
 use bnkf_model_export::kernel::Tier;
-use bnkf_model_export::memoryless_model::MemorylessModel;
-use bnkf_model_export::noise::NoiseTable;
+use bnkf_model_export::memoryless::model::MemorylessModel;
+use bnkf_model_export::memoryless::training::{Control, DivergedError, Event, State, Training};
+use bnkf_model_export::memoryless::training_data::TrainingData;
+use bnkf_model_export::memoryless::training_settings::{TrainingSettings, TrainingSettingsError};
+use bnkf_model_export::radar::noise::NoiseTable;
 use bnkf_model_export::seed;
-use bnkf_model_export::training::{Control, DivergedError, Event, State, Training};
-use bnkf_model_export::training_data::TrainingData;
-use bnkf_model_export::training_settings::{TrainingSettings, TrainingSettingsError};
 
 use super::work_folder::{WorkFolder, WorkFolderError};
+use crate::contest::model::{Model, ModelError};
+use crate::contest::tunings::{Tunings, TuningsError};
 use crate::method::Method;
-use crate::model::{Model, ModelError};
-use crate::radar::Radar;
-use crate::tunings::{Tunings, TuningsError};
+use crate::scenario::radar::Radar;
 
 /// A fold's supplies for one noise table.
 #[derive(Clone, Debug)]

@@ -7,9 +7,9 @@ use super::fold_kit::FoldKit;
 use super::variation::Variation;
 use super::work_folder::WorkFolder;
 use super::{Campaign, CampaignError, Progress, Watcher};
-use crate::cell::{CellMetrics, ScoredStep};
 use crate::method::Method;
-use crate::radar::Condition;
+use crate::scenario::radar::Condition;
+use crate::scoring::cell::{CellMetrics, ScoredStep};
 
 /// Flights of each world: this part of the campaign's, at least [`FLIGHTS_MIN`].
 const FLIGHTS_PART: usize = 4;

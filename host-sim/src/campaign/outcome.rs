@@ -6,11 +6,11 @@ use serde::Serialize;
 use super::cell_summary::{CellSummary, Track};
 use super::comparison::{Comparison, comparisons};
 use super::generalisation::VariedCell;
-use crate::bootstrap::{FlightSum, mean};
+use crate::campaign::steps_parquet::FlightTracks;
+use crate::contest::runs::Runs;
 use crate::method::Method;
-use crate::radar::Condition;
-use crate::runs::Runs;
-use crate::steps_parquet::FlightTracks;
+use crate::scenario::radar::Condition;
+use crate::scoring::bootstrap::{FlightSum, mean};
 
 /// With fewer recordings than this, the bootstrap draws flights (segments) instead of recordings.
 const RECORDINGS_MIN: usize = 10;
@@ -124,10 +124,10 @@ pub fn clusters(runs: &Runs) -> (Cluster, Vec<usize>) {
 
 #[cfg(test)]
 mod tests {
-    use bnkf_model_export::flight::Flight;
+    use bnkf_model_export::flights::flight::Flight;
 
     use super::{Cluster, clusters};
-    use crate::runs::Runs;
+    use crate::contest::runs::Runs;
 
     #[test]
     fn few_recordings_are_drawn_by_flight() {

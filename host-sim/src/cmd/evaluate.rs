@@ -7,17 +7,17 @@ mod recorded;
 use std::path::{Path, PathBuf};
 
 use bnkf_model_export::atomic_file::AtomicWriteError;
-use bnkf_model_export::flight_set::FlightSetError;
-use bnkf_model_export::generator::GeneratorError;
-use bnkf_model_export::noise::NoiseTable;
-use bnkf_model_export::segment::PAPER_SEGMENT_S;
+use bnkf_model_export::flights::generator::GeneratorError;
+use bnkf_model_export::flights::segment::PAPER_SEGMENT_S;
+use bnkf_model_export::flights::set::FlightSetError;
+use bnkf_model_export::radar::noise::NoiseTable;
 
 use crate::campaign::CampaignError;
 use crate::campaign::work_folder::WorkFolderError;
-use crate::fold::FoldError;
+use crate::contest::fold::FoldError;
+use crate::contest::model::ModelError;
+use crate::contest::roster::RosterError;
 use crate::method::Method;
-use crate::model::ModelError;
-use crate::roster::RosterError;
 use crate::scenario::ScenarioError;
 
 /// Scores every method on the same readings, at three noise levels and three sampling rates.

@@ -2,15 +2,15 @@
 
 use std::fmt::Write as _;
 
-use bnkf_model_export::noise::NoiseTable;
+use bnkf_model_export::radar::noise::NoiseTable;
 
 use crate::campaign::cell_summary::CellSummary;
 use crate::campaign::outcome::Outcome;
 use crate::method::Method;
 use crate::plot::palette::look;
 use crate::plot::svg::escaped;
-use crate::radar::Condition;
-use crate::table::number;
+use crate::report::table::number;
+use crate::scenario::radar::Condition;
 
 /// The headline table of one noise table: a row per method, a column per noise level and rate.
 /// Cells carry the number of their entry in `outcome.cells`; the page's script fills in other

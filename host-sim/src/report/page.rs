@@ -4,8 +4,8 @@ use super::figures::Figure;
 use super::{Material, headline, space};
 use crate::campaign::cell_summary::CellSummary;
 use crate::campaign::outcome::Cluster;
-use crate::campaign::results::CampaignProvenance;
 use crate::plot::svg::escaped;
+use crate::report::campaign_results::CampaignProvenance;
 
 /// The whole page.
 pub(super) fn page(material: &Material<'_>, figures: &[Figure]) -> String {

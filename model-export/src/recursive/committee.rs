@@ -214,7 +214,7 @@ fn joined(opinions: &[Opinion], base: &Base, dt_s: f64) -> ([f64; OUTPUTS], Doub
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::generator::{GeneratorSettings, generate};
+    use crate::flights::generator::{GeneratorSettings, generate};
     use crate::recursive::recipe::Recipe;
     use crate::recursive::scenario::Scenario;
     use crate::recursive::training::Training;

@@ -3,8 +3,8 @@
 use super::carry::Carry;
 use super::start::{Population, start};
 use super::step::Arrival;
-use crate::flight::Sample;
-use crate::reading::Reading;
+use crate::flights::flight::Sample;
+use crate::radar::reading::Reading;
 
 /// What the tracker gets, step by step, and where the drone really was.
 #[derive(Clone, Debug)]

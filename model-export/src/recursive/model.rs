@@ -2,12 +2,12 @@
 
 use super::features::{FEATURES, Normalisation};
 use super::network::Network;
-use super::sampling::Sampling;
+use super::network::sampling::Sampling;
 use super::schedule::{Base, OUTPUTS};
 use super::start::Population;
-use crate::blob_writer::{self, BlobContents, write_blob};
-use crate::gaussian_weights::GaussianWeights;
-use crate::quantise::{QuantisedLayer, quantise};
+use crate::blob::quantise::{QuantisedLayer, quantise};
+use crate::blob::writer::{self as blob_writer, BlobContents, write_blob};
+use crate::posterior::gaussian_weights::GaussianWeights;
 use bnkf::blob::{Blob, BlobError, FeatureLayout, Kind};
 
 /// Passes by default: one, every weight at its mean.
@@ -147,8 +147,8 @@ fn sampling(weights: &GaussianWeights) -> Sampling {
 mod tests {
     use super::*;
     use crate::kernel::Tier;
-    use crate::recursive::network_shape::OUTPUT_COLUMNS;
-    use crate::recursive::pass::Pass;
+    use crate::recursive::network::pass::Pass;
+    use crate::recursive::network::shape::OUTPUT_COLUMNS;
 
     fn model(sampling: Sampling) -> RecursiveModel {
         RecursiveModel {

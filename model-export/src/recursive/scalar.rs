@@ -4,7 +4,7 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A real number that the filter step can be written in.
 ///
-/// Implementors: `f64` (the naive twin of the firmware) and [`super::tape::Variable`].
+/// Implementors: `f64` (the naive twin of the firmware) and [`crate::autodiff::tape::Variable`].
 pub trait Scalar:
     Copy
     + Add<Output = Self>

@@ -1,8 +1,8 @@
 //! The state after the first measurement, fused with what is known of the population.
 
 use super::carry::{Carry, MEANS, MEASUREMENT, MEMORY, STATE};
-use crate::flight::Flight;
-use crate::radar_sampling::Polar;
+use crate::flights::flight::Flight;
+use crate::radar::sampling::Polar;
 
 /// Where and how fast flights are, before any measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]

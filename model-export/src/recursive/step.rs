@@ -6,9 +6,9 @@ use super::correction::correct;
 use super::features::{FEATURES, Normalisation, features};
 use super::line_of_sight::LineOfSight;
 use super::motion::{Matrix, predict};
-use super::program::Program;
 use super::scalar::Scalar;
 use super::schedule::{Base, OUTPUTS, SCHEDULE, Schedule};
+use crate::autodiff::program::Program;
 
 /// What arrives at one step.
 #[derive(Clone, Copy, Debug)]
@@ -179,7 +179,7 @@ pub fn feature_program(normalisation: &Normalisation) -> Program {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recursive::lanes::{LANES, Lanes, ZERO};
+    use crate::autodiff::lanes::{LANES, Lanes, ZERO};
     use crate::recursive::start::{Population, start};
 
     const SIGMAS: [f64; 4] = [0.01, 0.012, 10.0, 0.1];

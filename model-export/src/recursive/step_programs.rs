@@ -1,9 +1,9 @@
 //! One step of the filter as the two programs that a window repeats: before the network, after it.
 
 use super::features::Normalisation;
-use super::program::Program;
 use super::schedule::Base;
 use super::step::{feature_program, filter_program};
+use crate::autodiff::program::Program;
 
 /// The two recorded programs of a step.
 #[derive(Clone, Debug)]

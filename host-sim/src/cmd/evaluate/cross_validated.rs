@@ -11,17 +11,18 @@ use indicatif::ProgressBar;
 
 use super::data::Data;
 use super::{Args, EvaluateError, methods_or};
-use crate::campaign::results::{self, CampaignProvenance};
 use crate::campaign::work_folder::WorkFolder;
 use crate::campaign::{Campaign, Progress};
-use crate::cell::Cell;
-use crate::fold::Folds;
+use crate::cmd::progress;
+use crate::contest::fold::Folds;
+use crate::contest::model::Model;
+use crate::contest::{default_models, runtime};
 use crate::method::Method;
-use crate::model::Model;
-use crate::report::{self, Material};
-use crate::results_json::ModelProvenance;
+use crate::report::campaign_results::{self, CampaignProvenance};
+use crate::report::results_json::ModelProvenance;
+use crate::report::{self, Material, table};
 use crate::scenario::Scenario;
-use crate::{default_models, progress, runtime, table};
+use crate::scoring::cell::Cell;
 
 /// Folds, unless --folds says otherwise.
 const FOLDS: usize = 5;
@@ -95,7 +96,7 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
             table::render(&cells)
         )?;
     }
-    for name in results::write(&args.out, &outcome, &provenance)? {
+    for name in campaign_results::write(&args.out, &outcome, &provenance)? {
         writeln!(stdout, "{}", args.out.join(name).display())?;
     }
     let times = campaign.times(&work)?;

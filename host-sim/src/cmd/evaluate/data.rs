@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use bnkf_model_export::data_hash;
-use bnkf_model_export::flight_set::{FlightSet, FlightSetError, Preparation};
-use bnkf_model_export::generator::{GeneratorSettings, generate};
+use bnkf_model_export::flights::data_hash;
+use bnkf_model_export::flights::generator::{GeneratorSettings, generate};
+use bnkf_model_export::flights::set::{FlightSet, FlightSetError, Preparation};
 use bnkf_model_export::seed;
 
 use super::{Args, EvaluateError};
-use crate::runs::Runs;
+use crate::contest::runs::Runs;
 use crate::scenario::Scenario;
 
 /// Flights of a cross-validation.
