@@ -11,4 +11,5 @@ pub mod runs;
 pub mod runtime;
 pub mod track;
 pub mod tracker_filter;
+pub mod tuned_on;
 pub mod tunings;

@@ -8,6 +8,7 @@ mod toml_form;
 
 use std::path::Path;
 
+use bnkf_model_export::flights::generator::GeneratorSettings;
 use bnkf_model_export::flights::volume::Volume;
 
 use radar::Radar;
@@ -64,6 +65,20 @@ impl Scenario {
             cause,
         })?;
         toml_form::parse(&text, &file)
+    }
+
+    /// Settings that generate `flights` flights of this scenario.
+    pub fn generator(&self, flights: usize, seed: u64) -> GeneratorSettings {
+        GeneratorSettings {
+            flights,
+            seed,
+            duration_s: self.duration_s,
+            rate_hz: self.rate_hz,
+            speed_scale: self.speed_scale,
+            size_scale: self.size_scale,
+            timing_jitter_s: 0.0,
+            volume: self.volume,
+        }
     }
 }
 

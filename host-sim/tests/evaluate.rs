@@ -227,7 +227,8 @@ fn runs_measure_every_flight_again() {
     assert!(text.contains("--folds"), "{text}");
 
     arguments.extend(["--folds", "2", "--place", "--noise-table", "radians"]);
-    arguments.extend(["--methods", "converted,fused", "--out"]);
+    arguments.extend(["--methods", "converted,fused"]);
+    arguments.extend(["--tuning-flights", "2", "--out"]);
     arguments.push(out.to_str().unwrap());
     let output = host_sim(&arguments);
     assert!(output.status.success(), "{output:?}");

@@ -59,7 +59,8 @@ struct Recording<'a> {
 /// Flights, evenly spread, on which the search looks around, and on which it ends. More change the
 /// parameters by less than their uncertainty and cost time.
 const FLIGHTS_FIRST: usize = 10;
-const FLIGHTS_MAX: usize = 60;
+/// See [`Tuning::fit`].
+pub const FLIGHTS_MAX: usize = 60;
 
 /// A step's score is not taken to be worse than this: one lost flight must not decide alone.
 const SCORE_MAX: f64 = 60.0;
@@ -78,7 +79,8 @@ const SINGER_STARTS: [[f64; 4]; 2] = [[1.5, 1.0, 0.5, 0.03], [0.5, 0.3, 0.7, 1.0
 const FIVE_TURNS_STARTS: [[f64; 3]; 2] = [[0.8, 0.1, 0.4], [2.0, 0.4, 1.5]];
 
 impl Tuning {
-    /// Fits the motion models for a radar with `noise` to `flights` at all `rates`.
+    /// Fits the motion models for a radar with `noise` to `flights`, of which [`FLIGHTS_MAX`] at most,
+    /// at all `rates`.
     ///
     /// # Errors
     /// See [`TuningError`].
@@ -182,6 +184,12 @@ fn five_turns(log: &[f64; 3]) -> FiveTurns {
     }
 }
 
+/// At most `flights_max` of `flights`, evenly spread.
+pub fn spread<'a>(flights: &[&'a Flight], flights_max: usize) -> impl Iterator<Item = &'a Flight> {
+    let stride = flights.len().div_ceil(flights_max).max(1);
+    flights.iter().copied().step_by(stride)
+}
+
 fn record<'a>(
     flights: &[&'a Flight],
     flights_max: usize,
@@ -189,8 +197,7 @@ fn record<'a>(
     rates: &[SamplingRate],
     seed: u64,
 ) -> Vec<Recording<'a>> {
-    let stride = flights.len().div_ceil(flights_max).max(1);
-    let chosen = flights.iter().copied().step_by(stride);
+    let chosen = spread(flights, flights_max);
     let cases = chosen.flat_map(|flight| rates.iter().map(move |rate| (flight, *rate)));
     cases
         .map(|(flight, rate)| {

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::campaign::step_record::StepRecord;
+use crate::contest::tuned_on::TunedOn;
 use crate::method::Method;
 use crate::scenario::radar::Condition;
 use crate::scoring::bootstrap::{FlightSum, Interval, interval_95};
@@ -19,6 +20,8 @@ pub struct CellSummary {
     /// The condition: noise table, noise level, sampling rate.
     #[serde(flatten)]
     pub condition: Condition,
+    /// What the method's parameters were fitted to; `None` if it has none.
+    pub tuned_on: Option<TunedOn>,
     /// Metrics over all steps.
     #[serde(flatten)]
     pub metrics: CellMetrics,
@@ -113,6 +116,7 @@ impl CellSummary {
         Self {
             method,
             condition,
+            tuned_on: None,
             metrics,
             ed_interval_m: interval_95(&error_sums(tracks), seed),
             nees_interval: interval_95(

@@ -12,16 +12,23 @@ use bnkf_model_export::radar::noise::NoiseTable;
 use bnkf_model_export::seed;
 
 use super::work_folder::{WorkFolder, WorkFolderError};
+use crate::baseline::tuning::{FLIGHTS_MAX, spread};
 use crate::contest::model::{Model, ModelError};
+use crate::contest::tuned_on::TunedOn;
 use crate::contest::tunings::{Tunings, TuningsError};
 use crate::method::Method;
 use crate::scenario::radar::Radar;
 
+/// Seed of the flights that are generated to tune on, and of their readings. Whatever is evaluated,
+/// and however many flights, filters that are tuned on generated flights are the same.
+pub const TUNING_SEED: u64 = 20_260_517;
+
 /// A fold's supplies for one noise table.
 #[derive(Clone, Debug)]
 pub struct FoldKit {
-    /// Parameters of the tuned baselines, if a method needs them.
-    pub tunings: Option<Tunings>,
+    /// Parameters of the tuned baselines, one set for each of the campaign's [`TunedOn`]; none if no
+    /// method needs them.
+    pub tunings: Vec<(TunedOn, Tunings)>,
     /// The blobs that methods need.
     pub models: Vec<Model>,
 }
@@ -29,8 +36,8 @@ pub struct FoldKit {
 /// One part of a kit, made by itself and kept by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// The tuned baselines.
-    Tunings,
+    /// Parameters of the tuned baselines. Those of generated flights are the same in every fold.
+    Tunings(TunedOn),
     /// The blob of BNN and BNKF.
     Joint,
     /// The blob of BNKFe.
@@ -70,8 +77,10 @@ pub struct Task<'a> {
     pub fold: usize,
     /// The noise table.
     pub table: NoiseTable,
-    /// Flights to fit to.
+    /// The flights that the fold does not test.
     pub flights: &'a [&'a Flight],
+    /// Generated flights to tune on.
+    pub generated: &'a [Flight],
     /// The radar that sees them.
     pub radar: &'a Radar,
     /// Training epochs.
@@ -82,21 +91,11 @@ pub struct Task<'a> {
 
 impl Part {
     /// The parts that `methods` need.
-    pub fn needed(methods: &[Method]) -> Vec<Self> {
+    pub fn needed(methods: &[Method], tuned_on: &[TunedOn]) -> Vec<Self> {
         let part = |method: &Method| match method {
-            Method::Ekf | Method::Ukf | Method::Recursive => None,
             Method::Bnn | Method::Bnkf => Some(Self::Joint),
             Method::Bnkfe => Some(Self::PerAxis),
-            Method::EkfTuned
-            | Method::UkfTuned
-            | Method::CkfTuned
-            | Method::Imm5
-            | Method::Imm10
-            | Method::Particle
-            | Method::Converted
-            | Method::PopulationMean
-            | Method::ConstantRange
-            | Method::Fused => Some(Self::Tunings),
+            _ => None,
         };
         let mut parts: Vec<Self> = Vec::new();
         for part in methods.iter().filter_map(part) {
@@ -104,12 +103,21 @@ impl Part {
                 parts.push(part);
             }
         }
+        if methods.iter().any(|method| method.is_tuned()) {
+            parts.extend(tuned_on.iter().map(|on| Self::Tunings(*on)));
+        }
         parts
+    }
+
+    /// Whether every fold has its own.
+    pub fn is_of_a_fold(self) -> bool {
+        self != Self::Tunings(TunedOn::Generated)
     }
 
     fn name(self, fold: usize, table: NoiseTable) -> String {
         match self {
-            Self::Tunings => format!("fold-{fold}-{table}.tunings"),
+            Self::Tunings(TunedOn::Generated) => format!("{table}-generated.tunings"),
+            Self::Tunings(on) => format!("fold-{fold}-{table}-{on}.tunings"),
             Self::Joint => format!("fold-{fold}-{table}-bnkf.bnkf"),
             Self::PerAxis => format!("fold-{fold}-{table}-bnkfe.bnkf"),
         }
@@ -130,8 +138,13 @@ impl Task<'_> {
         let name = part.name(self.fold, self.table);
         if work.bytes(&name)?.is_none() {
             match part {
-                Part::Tunings => {
-                    let tunings = Tunings::fit(self.flights, self.radar, &[self.table], self.seed)?;
+                Part::Tunings(on) => {
+                    let flights = self.to_tune_on(on);
+                    let seed = match on {
+                        TunedOn::Generated => TUNING_SEED,
+                        TunedOn::Recordings | TunedOn::Both => self.seed,
+                    };
+                    let tunings = Tunings::fit(&flights, self.radar, &[self.table], seed)?;
                     work.store(&name, &tunings)?;
                 }
                 Part::Joint => work.keep(&name, &self.train(false, done)?)?,
@@ -148,17 +161,30 @@ impl Task<'_> {
     /// A part is damaged.
     pub fn kit(&self, parts: &[Part], work: &WorkFolder) -> Result<FoldKit, FoldKitError> {
         let mut kit = FoldKit {
-            tunings: None,
+            tunings: Vec::new(),
             models: Vec::new(),
         };
         for part in parts {
             let name = part.name(self.fold, self.table);
             match part {
-                Part::Tunings => kit.tunings = work.load(&name)?,
+                Part::Tunings(on) => kit
+                    .tunings
+                    .extend(work.load(&name)?.map(|tunings| (*on, tunings))),
                 Part::Joint | Part::PerAxis => kit.models.push(Model::read(&work.path_of(&name))?),
             }
         }
         Ok(kit)
+    }
+
+    fn to_tune_on(&self, on: TunedOn) -> Vec<&Flight> {
+        let generated: Vec<&Flight> = self.generated.iter().collect();
+        match on {
+            TunedOn::Generated => generated,
+            TunedOn::Recordings => self.flights.to_vec(),
+            TunedOn::Both => spread(&generated, FLIGHTS_MAX / 2)
+                .chain(spread(self.flights, FLIGHTS_MAX / 2))
+                .collect(),
+        }
     }
 
     fn train(&self, ensemble: bool, done: &dyn Fn(f64)) -> Result<Vec<u8>, FoldKitError> {

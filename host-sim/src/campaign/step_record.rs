@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::contest::track::TrackStep;
+use crate::contest::tuned_on::TunedOn;
 use crate::filter::Nis;
 use crate::method::Method;
 use crate::scoring::cell::ScoredStep;
@@ -33,8 +34,17 @@ pub struct StepRecord {
 pub struct MethodSteps {
     /// The method.
     pub method: Method,
+    /// What its parameters were fitted to, if it has any.
+    pub tuned_on: Option<TunedOn>,
     /// From the second sample on.
     pub steps: Vec<StepRecord>,
+}
+
+impl MethodSteps {
+    /// Whether these are the steps of `method` with the parameters of `tuned_on`.
+    pub fn is_of(&self, method: Method, tuned_on: Option<TunedOn>) -> bool {
+        (self.method, self.tuned_on) == (method, tuned_on)
+    }
 }
 
 impl From<&TrackStep> for StepRecord {

@@ -210,6 +210,7 @@ mod tests {
         let steps = vec![step(1.0, Some((4.25, 4))), step(2.0, None)];
         let track = |method| MethodSteps {
             method,
+            tuned_on: None,
             steps: steps.clone(),
         };
         let tracks = vec![track(Method::Ekf), track(Method::Bnkf)];

@@ -118,15 +118,12 @@ impl Variation {
         volume.range_m_min *= self.range;
         volume.range_m_max *= self.range;
         volume.range_m_mean *= self.range;
+        let seed = seed::derive(seed, &[seed::name_id("variation")]);
         let settings = GeneratorSettings {
-            flights: count,
-            seed: seed::derive(seed, &[seed::name_id("variation")]),
-            duration_s: scenario.duration_s,
             rate_hz: self.rate_hz.unwrap_or(scenario.rate_hz),
             speed_scale: scenario.speed_scale * self.speed,
-            size_scale: scenario.size_scale,
-            timing_jitter_s: 0.0,
             volume,
+            ..scenario.generator(count, seed)
         };
         let radar_m = self
             .radar_parts

@@ -10,6 +10,8 @@ use crate::campaign::cell_summary::CellSummary;
 use crate::campaign::comparison::Comparison;
 use crate::campaign::generalisation::VariedCell;
 use crate::campaign::outcome::{Cluster, Floor, Outcome};
+use crate::campaign::tuning_choice::Candidate;
+use crate::contest::tuned_on::TunedOn;
 use crate::csv_text::{csv, number};
 use crate::method::Method;
 use crate::report::results_json::ModelProvenance;
@@ -48,6 +50,12 @@ pub struct CampaignProvenance {
     pub folds: usize,
     /// A quick run: fewer flights, epochs and noise tables.
     pub quick: bool,
+    /// Generated flights that filters are tuned on.
+    pub tuning_flights: usize,
+    /// SHA-256 of these.
+    pub tuning_sha256: String,
+    /// What filters are tuned on; each cell shows the best of these.
+    pub tuned_on: Vec<TunedOn>,
     /// Training epochs of every network.
     pub epochs: u32,
     /// Monte Carlo passes, if not the models' own number.
@@ -65,6 +73,8 @@ pub struct CampaignProvenance {
 struct Document<'a> {
     cells: &'a [CellSummary],
     comparisons: &'a [Comparison],
+    /// Tuned methods with every set of parameters.
+    tunings: &'a [Candidate],
     variations: &'a [VariedCell],
     /// Posterior Cramer-Rao bound of the fitted motion model.
     floors: &'a [Floor],
@@ -95,6 +105,7 @@ pub fn write(
     let document = Document {
         cells: &outcome.cells,
         comparisons: &outcome.comparisons,
+        tunings: &outcome.candidates,
         variations: &outcome.variations,
         floors: &outcome.floors,
         reliability_nominal: NOMINAL,
@@ -113,6 +124,7 @@ pub fn write(
         ("phases.csv", phases_csv(&outcome.cells)),
         ("reliability.csv", reliability_csv(&outcome.cells)),
         ("comparisons.csv", comparisons_csv(&outcome.comparisons)),
+        ("tunings.csv", tunings_csv(&outcome.candidates)),
         ("variations.csv", variations_csv(&outcome.variations)),
         ("bounds.csv", bounds_csv(&outcome.floors)),
     ];
@@ -146,6 +158,7 @@ fn cells_csv(cells: &[CellSummary]) -> Vec<u8> {
         "nees_inside_95",
         "nis_inside_95",
         "diverged",
+        "tuned_on",
     ];
     let row = |cell: &CellSummary| {
         let m = &cell.metrics;
@@ -170,9 +183,31 @@ fn cells_csv(cells: &[CellSummary]) -> Vec<u8> {
         row.push(m.steps.to_string());
         row.extend(numbers.map(number));
         row.push(m.diverged.to_string());
+        row.push(cell.tuned_on.map_or("", TunedOn::label).to_owned());
         row
     };
     csv(&[&PLACE[..], &own].concat(), cells.iter().map(row))
+}
+
+fn tunings_csv(candidates: &[Candidate]) -> Vec<u8> {
+    let own = [
+        "tuned_on",
+        "chosen",
+        "steps",
+        "ed_mean_m",
+        "nees_mean",
+        "coverage90",
+    ];
+    let row = |candidate: &Candidate| {
+        let m = &candidate.metrics;
+        let mut row = place(&candidate.condition, candidate.method);
+        row.push(candidate.tuned_on.to_string());
+        row.push(candidate.chosen.to_string());
+        row.push(m.steps.to_string());
+        row.extend([m.ed_mean_m, m.nees_mean, m.coverage90].map(number));
+        row
+    };
+    csv(&[&PLACE[..], &own].concat(), candidates.iter().map(row))
 }
 
 fn phases_csv(cells: &[CellSummary]) -> Vec<u8> {

@@ -6,6 +6,7 @@ use std::sync::Mutex;
 use bnkf::blob::Kind;
 use bnkf_model_export::atomic_file;
 use bnkf_model_export::command_line::command_line;
+use bnkf_model_export::flights::data_hash;
 use clap::ValueEnum;
 use indicatif::ProgressBar;
 
@@ -59,6 +60,8 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
     let campaign = Campaign {
         folds: Folds::new(&data.runs.flights, count, args.seed)?,
         runs: data.runs,
+        to_tune_on: data.to_tune_on,
+        tuned_on: data.tuned_on,
         methods: methods_or(args, &all_methods(&shipped)),
         shipped,
         passes: args.passes,
@@ -96,6 +99,12 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
             table::render(&cells)
         )?;
     }
+    if campaign.tuned_on.len() > 1 && !outcome.candidates.is_empty() {
+        writeln!(
+            stdout,
+            "Tuned filters: the best in each cell of three fits, to generated flights, to the other recordings and to both.\n"
+        )?;
+    }
     for name in campaign_results::write(&args.out, &outcome, &provenance)? {
         writeln!(stdout, "{}", args.out.join(name).display())?;
     }
@@ -104,7 +113,7 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
     let json = serde_json::to_vec_pretty(&times).expect("every value has a representation");
     atomic_file::write(&args.out.join("runtime.json"), &json)?;
     atomic_file::write(&args.out.join("runtime.csv"), &runtime::csv(&times))?;
-    let examples = campaign.examples(&work, &report::SHOWN)?;
+    let examples = campaign.examples(&work, &outcome.candidates, &report::SHOWN)?;
     let material = Material {
         campaign: &campaign,
         outcome: &outcome,
@@ -162,6 +171,9 @@ fn provenance(
         unplaced,
         folds: campaign.folds.count,
         quick: args.quick,
+        tuning_flights: campaign.to_tune_on.len(),
+        tuning_sha256: data_hash::of_flights(&campaign.to_tune_on),
+        tuned_on: campaign.tuned_on.clone(),
         epochs: campaign.epochs,
         passes: args.passes,
         shipped: campaign.shipped.iter().map(ModelProvenance::from).collect(),
