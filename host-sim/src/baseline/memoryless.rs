@@ -43,6 +43,7 @@ impl Rule {
                 position_m: prior.position_mean_m.into(),
                 covariance_m2: prior.position_covariance_m2.into(),
                 nis: None,
+                fate: None,
             },
             Self::ConstantRange => {
                 let range = prior.range_m;
@@ -70,6 +71,7 @@ fn converted(
         position_m: cartesian(elevation_rad, azimuth_rad, range_m),
         covariance_m2: symmetric(&(j * variance * j.transpose())),
         nis: None,
+        fate: None,
     }
 }
 

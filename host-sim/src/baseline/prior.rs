@@ -159,6 +159,7 @@ impl PopulationPrior {
             position_m: mean,
             covariance_m2: symmetric(&covariance),
             nis: None,
+            fate: None,
         }
     }
 

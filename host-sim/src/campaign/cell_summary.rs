@@ -25,6 +25,8 @@ pub struct CellSummary {
     /// Metrics over all steps.
     #[serde(flatten)]
     pub metrics: CellMetrics,
+    /// Flights, every run of one by itself, that were not tracked at more than half of their steps.
+    pub flights_not_tracked: usize,
     /// 95% interval of the mean ED by bootstrap, metres.
     pub ed_interval_m: Interval,
     /// 95% interval of the NEES by bootstrap.
@@ -66,6 +68,14 @@ pub struct Track<'a> {
     pub fold: usize,
     /// Number of the cluster (recording or flight) that is drawn as a whole by the bootstrap.
     pub cluster: usize,
+}
+
+impl Track<'_> {
+    /// Whether the flight was tracked at half of its steps or more.
+    fn is_tracked(&self) -> bool {
+        let lost = self.steps.iter().filter(|step| step.not_tracked).count();
+        2 * lost <= self.steps.len()
+    }
 }
 
 impl CellSummary {
@@ -118,6 +128,7 @@ impl CellSummary {
             condition,
             tuned_on: None,
             metrics,
+            flights_not_tracked: tracks.iter().filter(|track| !track.is_tracked()).count(),
             ed_interval_m: interval_95(&error_sums(tracks), seed),
             nees_interval: interval_95(
                 &cluster_sums(tracks, |step| step.mahalanobis_squared),
@@ -182,6 +193,8 @@ mod tests {
             time_s,
             in_gap,
             diverged: false,
+            fate: None,
+            not_tracked: false,
             error_m,
             mahalanobis_squared: error_m * error_m,
             det_p_m6: 1.0,
@@ -233,6 +246,25 @@ mod tests {
         assert_eq!(cell.coverage95, 6.0 / 9.0);
         let sums = error_sums(&tracks);
         assert_eq!((sums[0].sum, sums[1].sum, sums[1].count), (6.0, 12.0, 6));
+    }
+
+    #[test]
+    fn a_flight_is_lost_when_most_of_its_steps_are() {
+        let lost = StepRecord {
+            not_tracked: true,
+            ..step(1.0, false, 1.0)
+        };
+        let good = step(1.0, false, 1.0);
+        let half = [lost, good];
+        let most = [lost, good, lost];
+        let track = |steps| Track {
+            steps,
+            fold: 0,
+            cluster: 0,
+        };
+        let tracks = [track(&half[..]), track(&most[..]), track(&half[..])];
+        let cell = CellSummary::new(Method::Imm5, CONDITION, &tracks, 1, 1);
+        assert_eq!((cell.flights_not_tracked, cell.metrics.not_tracked), (1, 4));
     }
 
     #[test]

@@ -226,3 +226,82 @@ impl Task<'_> {
         Ok(model.blob()?)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use bnkf_model_export::flights::flight::Flight;
+    use bnkf_model_export::flights::generator::{GeneratorSettings, generate};
+    use bnkf_model_export::radar::noise::NoiseTable;
+
+    use super::{FLIGHTS_MAX, Part, Task};
+    use crate::campaign::work_folder::WorkFolder;
+    use crate::contest::tuned_on::TunedOn;
+    use crate::method::Method;
+    use crate::scenario::radar::Radar;
+
+    fn flights(count: usize, seed: u64) -> Vec<Flight> {
+        let settings = GeneratorSettings {
+            flights: count,
+            seed,
+            duration_s: 2.0,
+            ..GeneratorSettings::default()
+        };
+        generate(&settings).unwrap()
+    }
+
+    /// The same filters in every fold, with every seed and beside whatever is evaluated.
+    #[test]
+    fn what_is_tuned_on_generated_flights_depends_on_nothing_else() {
+        let generated = flights(2, 5);
+        let radar = Radar::paper(NoiseTable::Radians);
+        let made = |fold: usize, others: &[Flight], seed: u64, on: TunedOn| {
+            let folder = tempfile::tempdir().unwrap();
+            let work = WorkFolder::open(&folder.path().join("work"), "plan").unwrap();
+            let task = Task {
+                fold,
+                table: NoiseTable::Radians,
+                flights: &others.iter().collect::<Vec<_>>(),
+                generated: &generated,
+                radar: &radar,
+                epochs: 1,
+                seed,
+            };
+            let part = Part::Tunings(on);
+            task.make(part, &work, &|_| {}).unwrap();
+            work.bytes(&part.name(fold, NoiseTable::Radians)).unwrap()
+        };
+        let (some, others) = (flights(1, 6), flights(2, 7));
+        let tuned = made(0, &some, 1, TunedOn::Generated);
+        assert!(tuned.is_some());
+        assert_eq!(tuned, made(3, &others, 2, TunedOn::Generated));
+        assert_ne!(tuned, made(0, &some, 1, TunedOn::Recordings));
+    }
+
+    #[test]
+    fn both_takes_as_many_of_either_and_all_of_the_few() {
+        let (generated, others) = (flights(FLIGHTS_MAX, 5), flights(3, 6));
+        let radar = Radar::paper(NoiseTable::Radians);
+        let others: Vec<&Flight> = others.iter().collect();
+        let task = Task {
+            fold: 0,
+            table: NoiseTable::Radians,
+            flights: &others,
+            generated: &generated,
+            radar: &radar,
+            epochs: 1,
+            seed: 1,
+        };
+        let both = task.to_tune_on(TunedOn::Both);
+        assert_eq!(both.len(), FLIGHTS_MAX / 2 + 3);
+        assert_eq!(both[FLIGHTS_MAX / 2..], others);
+        assert_eq!(task.to_tune_on(TunedOn::Generated).len(), FLIGHTS_MAX);
+    }
+
+    #[test]
+    fn parts_are_those_that_methods_need() {
+        let parts = |methods: &[Method]| Part::needed(methods, &TunedOn::ALL);
+        assert_eq!(parts(&[Method::Ekf, Method::Recursive]), []);
+        assert_eq!(parts(&[Method::Bnn, Method::Bnkf]), [Part::Joint]);
+        assert_eq!(parts(&[Method::Imm10]), TunedOn::ALL.map(Part::Tunings));
+    }
+}

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::contest::track::TrackStep;
 use crate::contest::tuned_on::TunedOn;
-use crate::filter::Nis;
+use crate::filter::{Fate, Nis};
 use crate::method::Method;
 use crate::scoring::cell::ScoredStep;
 use crate::scoring::metrics::StepScore;
@@ -19,6 +19,10 @@ pub struct StepRecord {
     pub in_gap: bool,
     /// The estimate was unusable; the scores are those of the last usable one.
     pub diverged: bool,
+    /// What became of the reading; `None` without one and for methods without a gate.
+    pub fate: Option<Fate>,
+    /// The flight was not tracked; see [`crate::contest::loss`].
+    pub not_tracked: bool,
     /// Euclidean distance to the truth, metres.
     pub error_m: f64,
     /// Squared Mahalanobis distance.
@@ -58,6 +62,8 @@ impl From<&TrackStep> for StepRecord {
             time_s: step.time_s,
             in_gap: step.in_gap,
             diverged: step.scored.diverged,
+            fate: step.scored.fate,
+            not_tracked: step.scored.not_tracked,
             error_m,
             mahalanobis_squared,
             det_p_m6,
@@ -76,6 +82,8 @@ impl StepRecord {
                 det_p_m6: self.det_p_m6,
             },
             diverged: self.diverged,
+            fate: self.fate,
+            not_tracked: self.not_tracked,
         }
     }
 

@@ -15,7 +15,7 @@ use crate::campaign::step_record::{MethodSteps, StepRecord};
 use crate::scenario::radar::Condition;
 
 /// Columns in their order. Units: seconds, metres, m^6; `nis` is null where the method has no
-/// innovation.
+/// innovation, `fate` in gaps and where the method has no gate, `tuned_on` where nothing is tuned.
 const SCHEMA: &str = "message step {
     required binary flight (STRING);
     required binary source (STRING);
@@ -33,6 +33,9 @@ const SCHEMA: &str = "message step {
     required double det_p_m6;
     optional double nis;
     optional int32 nis_degrees;
+    optional binary fate (STRING);
+    required boolean not_tracked;
+    optional binary tuned_on (STRING);
 }";
 
 /// The tracks of one flight under one condition.
@@ -95,6 +98,12 @@ impl StepsFile {
             &mut group,
             rows.map(|row| row.step.nis.map(|nis| i32::from(nis.1))),
         )?;
+        let string = |text: &str| ByteArray::from(text.as_bytes().to_vec());
+        let fates = rows.map(|row| row.step.fate.map(|fate| string(fate.label())));
+        optional::<ByteArrayType>(&mut group, fates)?;
+        column::<BoolType>(&mut group, rows.map(|row| row.step.not_tracked))?;
+        let tunings = rows.map(|row| row.track.tuned_on.map(|on| string(on.label())));
+        optional::<ByteArrayType>(&mut group, tunings)?;
         group.close()?;
         Ok(())
     }
@@ -188,6 +197,8 @@ mod tests {
 
     use super::{FlightTracks, StepsFile};
     use crate::campaign::step_record::{MethodSteps, StepRecord};
+    use crate::contest::tuned_on::TunedOn;
+    use crate::filter::Fate;
     use crate::method::Method;
     use crate::scenario::radar::Condition;
 
@@ -202,6 +213,8 @@ mod tests {
             time_s,
             in_gap: nis.is_none(),
             diverged: false,
+            fate: nis.map(|_| Fate::Rejected),
+            not_tracked: nis.is_none(),
             error_m: 0.1 + time_s,
             mahalanobis_squared: 3.5,
             det_p_m6: 1e-8,
@@ -210,10 +223,10 @@ mod tests {
         let steps = vec![step(1.0, Some((4.25, 4))), step(2.0, None)];
         let track = |method| MethodSteps {
             method,
-            tuned_on: None,
+            tuned_on: (method == Method::Imm5).then_some(TunedOn::Both),
             steps: steps.clone(),
         };
-        let tracks = vec![track(Method::Ekf), track(Method::Bnkf)];
+        let tracks = vec![track(Method::Ekf), track(Method::Imm5)];
         let mut file = StepsFile::new().unwrap();
         for rate in [SamplingRate::FULL, SamplingRate::HALF] {
             let condition = Condition {
@@ -251,7 +264,7 @@ mod tests {
         assert_eq!(last.get_string(3).unwrap(), "printed");
         assert_eq!(last.get_string(4).unwrap(), "high");
         assert_eq!(last.get_double(5).unwrap(), 0.5);
-        assert_eq!(last.get_string(6).unwrap(), "BNKF");
+        assert_eq!(last.get_string(6).unwrap(), "IMM5");
         assert_eq!(last.get_int(7).unwrap(), 2);
         assert_eq!(last.get_double(8).unwrap(), 2.0);
         assert!(last.get_bool(9).unwrap());
@@ -259,6 +272,11 @@ mod tests {
         assert!(last.get_double(14).is_err(), "a gap has no innovation");
         assert_eq!(rows[6].get_double(14).unwrap(), 4.25);
         assert_eq!(rows[6].get_int(15).unwrap(), 4);
+        assert_eq!(rows[6].get_string(16).unwrap(), "rejected");
+        assert!(last.get_string(16).is_err(), "a gap has no reading");
+        assert!(last.get_bool(17).unwrap());
+        assert_eq!(last.get_string(18).unwrap(), "both");
+        assert!(rows[0].get_string(18).is_err(), "nothing was tuned");
     }
 
     #[test]

@@ -120,6 +120,8 @@ mod tests {
             time_s: 1.0,
             in_gap: false,
             diverged: false,
+            fate: None,
+            not_tracked: false,
             error_m,
             mahalanobis_squared: 3.0,
             det_p_m6: 1.0,

@@ -6,6 +6,7 @@ use bnkf_model_export::radar::sampling::time_us;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::baseline::sensor::cartesian;
+use crate::contest::loss::Loss;
 use crate::filter::{Filter, FilterError, Nis, PositionEstimate, Start};
 use crate::scoring::cell::ScoredStep;
 use crate::scoring::metrics::StepScore;
@@ -62,11 +63,13 @@ pub fn track(
     {
         held = estimate;
     }
+    let mut loss = Loss::default();
     let mut steps = Vec::with_capacity(readings.len() - 1);
     for (sample, reading) in flight.samples.iter().zip(readings).skip(1) {
         let truth_m = sample.position_m.into();
         let answer = filter.step(time_us(flight, sample.time_s), reading.as_ref());
-        let (estimate, scored) = score_or_hold(&answer, &held, &truth_m);
+        let (estimate, mut scored) = score_or_hold(&answer, &held, &truth_m);
+        scored.not_tracked = loss.step(&answer, !scored.diverged);
         held = estimate;
         steps.push(TrackStep {
             time_s: sample.time_s,
@@ -91,13 +94,11 @@ fn score_or_hold(
     if let Ok(estimate) = answer
         && let Ok(score) = score(estimate)
     {
-        return (
-            *estimate,
-            ScoredStep {
-                score,
-                diverged: false,
-            },
-        );
+        let scored = ScoredStep {
+            fate: estimate.fate,
+            ..ScoredStep::tracked(score)
+        };
+        return (*estimate, scored);
     }
     // The held estimate scored at an earlier truth, so only an overflow could stop it here; then
     // the largest number says what infinity would.
@@ -109,8 +110,8 @@ fn score_or_hold(
     (
         *held,
         ScoredStep {
-            score,
             diverged: true,
+            ..ScoredStep::tracked(score)
         },
     )
 }
@@ -121,6 +122,7 @@ fn place_of(reading: &Reading) -> PositionEstimate {
         position_m: position_of(reading),
         covariance_m2: Matrix3::identity() * reading.sigma_range_m.powi(2),
         nis: None,
+        fate: None,
     }
 }
 
@@ -162,6 +164,7 @@ mod tests {
             position_m: Vector3::new(x, 0.0, 5.0),
             covariance_m2: Matrix3::identity() * variance_m2,
             nis: None,
+            fate: None,
         }
     }
 
@@ -196,6 +199,8 @@ mod tests {
         assert_eq!(errors, [1.0, 0.5, 0.5, 1.5, 0.0]);
         let diverged: Vec<_> = steps.iter().map(|step| step.scored.diverged).collect();
         assert_eq!(diverged, [true, false, true, true, false]);
+        let not_tracked = steps.iter().map(|step| step.scored.not_tracked);
+        assert!(not_tracked.eq(diverged));
         assert_eq!(steps[0].scored.score.mahalanobis_squared, 0.25);
         let gaps: Vec<_> = steps.iter().map(|step| step.in_gap).collect();
         assert_eq!(gaps, [false, false, true, false, false]);

@@ -5,7 +5,7 @@ use bnkf::{Correction, Estimate, Measurement, Mode, Settings, StepError, Tracker
 use bnkf_model_export::radar::reading::Reading;
 use nalgebra::{Matrix3, Vector3};
 
-use crate::filter::{Filter, FilterError, Nis, PositionEstimate, Start};
+use crate::filter::{Fate, Filter, FilterError, Nis, PositionEstimate, Start};
 
 /// A [`Tracker`] fed with readings rounded to what a sensor's frame carries, coasting in gaps.
 pub struct TrackerFilter<'a> {
@@ -40,6 +40,12 @@ impl<'a> TrackerFilter<'a> {
                 f64::from(estimate.covariance_m2[row][column])
             }),
             nis: (corrected && estimate.mode == Mode::Tracking).then_some(nis),
+            fate: match estimate.mode {
+                Mode::Started | Mode::Tracking => Some(Fate::Used),
+                Mode::Rejected => Some(Fate::Rejected),
+                Mode::Restarted => Some(Fate::Restarted),
+                Mode::Coasting => None,
+            },
         })
     }
 }

@@ -295,6 +295,9 @@ mod tests {
                         coverage90: 0.95 - 0.1 * m as f64,
                         det_p_median_m6: 1.0,
                         diverged: 0,
+                        rejected: 0,
+                        restarted: 0,
+                        not_tracked: 0,
                     };
                     cells.push(Cell {
                         method,

@@ -290,10 +290,7 @@ mod tests {
                 position_m,
                 covariance_m2,
                 nis: None,
-                scored: ScoredStep {
-                    score,
-                    diverged: false,
-                },
+                scored: ScoredStep::tracked(score),
                 in_gap: !seen,
             }
         };

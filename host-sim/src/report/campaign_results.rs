@@ -17,6 +17,7 @@ use crate::method::Method;
 use crate::report::results_json::ModelProvenance;
 use crate::scenario::radar::Condition;
 use crate::scoring::bootstrap::RESAMPLES;
+use crate::scoring::cell::CellMetrics;
 use crate::scoring::consistency::NOMINAL;
 
 /// What made the results.
@@ -158,6 +159,10 @@ fn cells_csv(cells: &[CellSummary]) -> Vec<u8> {
         "nees_inside_95",
         "nis_inside_95",
         "diverged",
+        "rejected",
+        "restarted",
+        "not_tracked",
+        "flights_not_tracked",
         "tuned_on",
     ];
     let row = |cell: &CellSummary| {
@@ -182,7 +187,8 @@ fn cells_csv(cells: &[CellSummary]) -> Vec<u8> {
         let mut row = place(&cell.condition, cell.method);
         row.push(m.steps.to_string());
         row.extend(numbers.map(number));
-        row.push(m.diverged.to_string());
+        row.extend(counts(m));
+        row.push(cell.flights_not_tracked.to_string());
         row.push(cell.tuned_on.map_or("", TunedOn::label).to_owned());
         row
     };
@@ -264,14 +270,23 @@ fn comparisons_csv(comparisons: &[Comparison]) -> Vec<u8> {
 }
 
 fn variations_csv(cells: &[VariedCell]) -> Vec<u8> {
-    let own = ["steps", "ed_mean_m", "nees_mean", "coverage90", "diverged"];
+    let own = [
+        "steps",
+        "ed_mean_m",
+        "nees_mean",
+        "coverage90",
+        "diverged",
+        "rejected",
+        "restarted",
+        "not_tracked",
+    ];
     let row = |cell: &VariedCell| {
         let m = &cell.metrics;
         let mut row = vec![cell.variation.clone()];
         row.extend(place(&cell.condition, cell.method));
         row.push(m.steps.to_string());
         row.extend([m.ed_mean_m, m.nees_mean, m.coverage90].map(number));
-        row.push(m.diverged.to_string());
+        row.extend(counts(m));
         row
     };
     csv(
@@ -294,6 +309,17 @@ fn bounds_csv(floors: &[Floor]) -> Vec<u8> {
         &["noise_table", "noise", "rate", "ed_m"],
         floors.iter().map(row),
     )
+}
+
+/// Divergences, rejections, restarts, steps not tracked.
+fn counts(metrics: &CellMetrics) -> [String; 4] {
+    [
+        metrics.diverged,
+        metrics.rejected,
+        metrics.restarted,
+        metrics.not_tracked,
+    ]
+    .map(|count| count.to_string())
 }
 
 fn place(condition: &Condition, method: Method) -> Vec<String> {

@@ -39,6 +39,7 @@ pub(super) fn page(material: &Material<'_>, figures: &[Figure]) -> String {
     fill("lead", &escaped(&lead(material)));
     fill("note", &note(provenance));
     fill("tables", &tables);
+    fill("lost", &headline::lost(&outcome.cells));
     fill("tuning", &tuning(provenance));
     fill("tunings", &tunings(outcome, provenance));
     for section in [

@@ -5,10 +5,11 @@ use std::fmt::Write as _;
 use crate::scoring::cell::Cell;
 
 /// The table of `cells`, which are grouped by noise level and rate in their order. The smallest
-/// mean ED of a block carries a star.
+/// mean ED of a block carries a star. Refused are estimates that were refused or unusable, untracked
+/// are steps as [`crate::contest::loss`] has them.
 pub fn render(cells: &[Cell]) -> String {
     let mut text = format!(
-        "{:<16}{:>11}{:>11}{:>9}{:>11}{:>10}{:>14}{:>10}\n{:<16}{:>11}{:>11}{:>9}{:>11}{:>10}{:>14}{:>10}\n",
+        "{:<16}{:>11}{:>11}{:>9}{:>11}{:>10}{:>14}{:>9}{:>9}{:>10}{:>10}\n{:<16}{:>11}{:>11}{:>9}{:>11}{:>10}{:>14}{:>9}{:>9}{:>10}{:>10}\n",
         "method",
         "ED mean",
         "ED median",
@@ -16,7 +17,10 @@ pub fn render(cells: &[Cell]) -> String {
         "NEES",
         "coverage",
         "det P median",
-        "diverged",
+        "refused",
+        "rejected",
+        "restarted",
+        "untracked",
         "",
         "m",
         "m",
@@ -24,6 +28,9 @@ pub fn render(cells: &[Cell]) -> String {
         "(3)",
         "(90%)",
         "m^6",
+        "steps",
+        "steps",
+        "steps",
         "steps",
     );
     let same_block = |a: &Cell, b: &Cell| a.noise == b.noise && a.rate == b.rate;
@@ -48,7 +55,7 @@ pub fn render(cells: &[Cell]) -> String {
             line(
                 &mut text,
                 format_args!(
-                    "  {method:<14}{:>10}{star}{:>11}{:>9}{:>11}{:>10}{:>14}{:>10}",
+                    "  {method:<14}{:>10}{star}{:>11}{:>9}{:>11}{:>10}{:>14}{:>9}{:>9}{:>10}{:>10}",
                     number(metrics.ed_mean_m),
                     number(metrics.ed_median_m),
                     number(metrics.d_mean),
@@ -56,6 +63,9 @@ pub fn render(cells: &[Cell]) -> String {
                     format!("{:.1}%", 100.0 * metrics.coverage90),
                     number(metrics.det_p_median_m6),
                     metrics.diverged,
+                    metrics.rejected,
+                    metrics.restarted,
+                    metrics.not_tracked,
                 ),
             );
         }
@@ -104,6 +114,9 @@ mod tests {
             coverage90: 0.875,
             det_p_median_m6: 3e-8,
             diverged: 2,
+            rejected: 30,
+            restarted: 10,
+            not_tracked: 41,
         };
         Cell {
             method,
@@ -122,7 +135,7 @@ mod tests {
         ]);
         let lines: Vec<_> = text.lines().collect();
         assert_eq!(lines[3], "low noise, rate 0.50, 149 steps");
-        let ekf = "  EKF                0.500       0.200    1.500     1.23e5     87.5%       3.00e-8         2";
+        let ekf = "  EKF                0.500       0.200    1.500     1.23e5     87.5%       3.00e-8        2       30        10        41";
         assert_eq!(lines[4], ekf);
         assert!(lines[5].starts_with("  BNKF               0.250* "));
         assert_eq!(lines[7], "high noise, rate 0.50, 149 steps");

@@ -4,6 +4,7 @@ use bnkf_model_export::radar::gaps::SamplingRate;
 use bnkf_model_export::radar::noise::NoiseLevel;
 use serde::{Deserialize, Serialize};
 
+use crate::filter::Fate;
 use crate::method::Method;
 use crate::scoring::metrics::StepScore;
 
@@ -28,6 +29,22 @@ pub struct ScoredStep {
     pub score: StepScore,
     /// The filter refused the step or its estimate was unusable.
     pub diverged: bool,
+    /// What became of its reading; `None` without one and for methods without a gate.
+    pub fate: Option<Fate>,
+    /// The flight was not tracked at this step; see [`crate::contest::loss`].
+    pub not_tracked: bool,
+}
+
+impl ScoredStep {
+    /// A usable step of a method without a gate.
+    pub fn tracked(score: StepScore) -> Self {
+        Self {
+            score,
+            diverged: false,
+            fate: None,
+            not_tracked: false,
+        }
+    }
 }
 
 /// Metrics over all scored steps, divergences included: nothing is dropped.
@@ -49,8 +66,15 @@ pub struct CellMetrics {
     pub coverage90: f64,
     /// Median determinant of the position covariance, m^6.
     pub det_p_median_m6: f64,
-    /// Steps that diverged.
+    /// Steps whose estimate was refused or unusable.
     pub diverged: u64,
+    /// Readings that the method's gate rejected.
+    pub rejected: u64,
+    /// Readings that the method started anew from.
+    pub restarted: u64,
+    /// Steps at which the flight was not tracked: divergences, and steps after mostly rejections
+    /// and restarts.
+    pub not_tracked: u64,
 }
 
 impl CellMetrics {
@@ -60,6 +84,8 @@ impl CellMetrics {
         let mean = |value: fn(&StepScore) -> f64| {
             steps.iter().map(|step| value(&step.score)).sum::<f64>() / count
         };
+        let counted =
+            |is: fn(&ScoredStep) -> bool| steps.iter().filter(|step| is(step)).count() as u64;
         let median_of = |value: fn(&StepScore) -> f64| {
             median(steps.iter().map(|step| value(&step.score)).collect())
         };
@@ -71,7 +97,10 @@ impl CellMetrics {
             nees_mean: mean(|score| score.mahalanobis_squared),
             coverage90: mean(|score| f64::from(u8::from(score.covered_90()))),
             det_p_median_m6: median_of(|score| score.det_p_m6),
-            diverged: steps.iter().filter(|step| step.diverged).count() as u64,
+            diverged: counted(|step| step.diverged),
+            rejected: counted(|step| step.fate == Some(Fate::Rejected)),
+            restarted: counted(|step| step.fate == Some(Fate::Restarted)),
+            not_tracked: counted(|step| step.not_tracked),
         }
     }
 }
@@ -97,17 +126,43 @@ mod tests {
     use rand_xoshiro::Xoshiro256PlusPlus;
 
     use super::{CellMetrics, ScoredStep, median};
+    use crate::filter::Fate;
     use crate::scoring::metrics::StepScore;
 
     fn step(error_m: f64, mahalanobis_squared: f64, det_p_m6: f64, diverged: bool) -> ScoredStep {
+        let score = StepScore {
+            error_m,
+            mahalanobis_squared,
+            det_p_m6,
+        };
         ScoredStep {
-            score: StepScore {
-                error_m,
-                mahalanobis_squared,
-                det_p_m6,
-            },
             diverged,
+            not_tracked: diverged,
+            ..ScoredStep::tracked(score)
         }
+    }
+
+    #[test]
+    fn rejections_restarts_and_losses_are_counted_apart() {
+        let gated = |fate, not_tracked| ScoredStep {
+            fate,
+            not_tracked,
+            ..step(1.0, 3.0, 1.0, false)
+        };
+        let cell = CellMetrics::new(&[
+            gated(Some(Fate::Used), false),
+            gated(Some(Fate::Rejected), true),
+            gated(Some(Fate::Restarted), true),
+            gated(Some(Fate::Rejected), false),
+            gated(None, true),
+        ]);
+        let counts = [
+            cell.diverged,
+            cell.rejected,
+            cell.restarted,
+            cell.not_tracked,
+        ];
+        assert_eq!(counts, [0, 2, 1, 3]);
     }
 
     #[test]
@@ -125,7 +180,7 @@ mod tests {
         assert_eq!(cell.nees_mean, 14.25 / 4.0);
         assert_eq!(cell.coverage90, 0.75);
         assert_eq!(cell.det_p_median_m6, 3.0);
-        assert_eq!(cell.diverged, 1);
+        assert_eq!((cell.diverged, cell.not_tracked), (1, 1));
     }
 
     #[test]
@@ -167,10 +222,7 @@ mod tests {
                 let truth = prior_root * draw();
                 let estimate = gain * (truth + noise_root * draw());
                 let score = StepScore::new(&estimate, &posterior, &truth).unwrap();
-                ScoredStep {
-                    score,
-                    diverged: false,
-                }
+                ScoredStep::tracked(score)
             })
             .collect();
         let cell = CellMetrics::new(&steps);
