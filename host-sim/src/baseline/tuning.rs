@@ -60,7 +60,7 @@ struct Recording<'a> {
 /// parameters by less than their uncertainty and cost time.
 const FLIGHTS_FIRST: usize = 10;
 /// See [`Tuning::fit`].
-pub const FLIGHTS_MAX: usize = 60;
+pub const FLIGHTS_MAX: usize = 120;
 
 /// A step's score is not taken to be worse than this: one lost flight must not decide alone.
 const SCORE_MAX: f64 = 60.0;

@@ -139,7 +139,7 @@ impl Task<'_> {
         if work.bytes(&name)?.is_none() {
             match part {
                 Part::Tunings(on) => {
-                    let flights = self.to_tune_on(on);
+                    let flights = self.flights_of(on);
                     let seed = match on {
                         TunedOn::Generated => TUNING_SEED,
                         TunedOn::Recordings | TunedOn::Both => self.seed,
@@ -176,7 +176,7 @@ impl Task<'_> {
         Ok(kit)
     }
 
-    fn to_tune_on(&self, on: TunedOn) -> Vec<&Flight> {
+    fn flights_of(&self, on: TunedOn) -> Vec<&Flight> {
         let generated: Vec<&Flight> = self.generated.iter().collect();
         match on {
             TunedOn::Generated => generated,
@@ -291,10 +291,10 @@ mod tests {
             epochs: 1,
             seed: 1,
         };
-        let both = task.to_tune_on(TunedOn::Both);
+        let both = task.flights_of(TunedOn::Both);
         assert_eq!(both.len(), FLIGHTS_MAX / 2 + 3);
         assert_eq!(both[FLIGHTS_MAX / 2..], others);
-        assert_eq!(task.to_tune_on(TunedOn::Generated).len(), FLIGHTS_MAX);
+        assert_eq!(task.flights_of(TunedOn::Generated).len(), FLIGHTS_MAX);
     }
 
     #[test]
