@@ -147,15 +147,15 @@ mod tests {
             "d_mean",
             "det_p_median_m6",
             "diverged",
-            "rejected",
-            "restarted",
-            "not_tracked",
             "ed_mean_m",
             "ed_median_m",
             "method",
             "nees_mean",
             "noise",
+            "not_tracked",
             "rate",
+            "rejected",
+            "restarted",
             "steps",
         ];
         assert_eq!(keys, expected);
