@@ -10,7 +10,7 @@ use bnkf_host_sim::baseline::motion::WhiteAcceleration;
 use bnkf_host_sim::baseline::origin::Origin;
 use bnkf_host_sim::baseline::sigma_points::Spread;
 use bnkf_host_sim::filter::{Filter, Start};
-use bnkf_model_export::reading::Reading;
+use bnkf_model_export::radar::reading::Reading;
 use nalgebra::{Matrix6, Vector6};
 use serde_json::Value;
 

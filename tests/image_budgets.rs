@@ -5,18 +5,18 @@ use std::time::Duration;
 
 use bnkf::Settings;
 use bnkf::blob::{Blob, FeatureLayout, Kind};
-use bnkf_host_sim::image_build::build_image;
-use bnkf_host_sim::image_equality::{Spread, compare, record};
-use bnkf_host_sim::image_session::ImageSession;
-use bnkf_host_sim::toolchain::{Toolchain, ToolchainChoice};
-use bnkf_model_export::architecture::Architecture;
-use bnkf_model_export::blob_writer::{BlobContents, Normalisation, write_blob};
-use bnkf_model_export::gaps::SamplingRate;
-use bnkf_model_export::gaussian_weights::GaussianWeights;
-use bnkf_model_export::generator::{GeneratorSettings, generate};
-use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
-use bnkf_model_export::quantise::quantise;
-use bnkf_model_export::radar_sampling::RadarSettings;
+use bnkf_host_sim::image::build::build_image;
+use bnkf_host_sim::image::equality::{Spread, compare, record};
+use bnkf_host_sim::image::session::ImageSession;
+use bnkf_host_sim::image::toolchain::{Toolchain, ToolchainChoice};
+use bnkf_model_export::blob::quantise::quantise;
+use bnkf_model_export::blob::writer::{BlobContents, Normalisation, write_blob};
+use bnkf_model_export::flights::generator::{GeneratorSettings, generate};
+use bnkf_model_export::posterior::architecture::Architecture;
+use bnkf_model_export::posterior::gaussian_weights::GaussianWeights;
+use bnkf_model_export::radar::gaps::SamplingRate;
+use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
+use bnkf_model_export::radar::sampling::RadarSettings;
 use bnkf_model_export::random_source::RandomSource;
 
 /// Untrained weights: what a step costs hardly depends on their values.

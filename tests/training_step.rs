@@ -2,13 +2,13 @@
 
 mod tolerance;
 
-use bnkf_model_export::architecture::Architecture;
-use bnkf_model_export::gaussian_weights::GaussianWeights;
-use bnkf_model_export::gradient::{Batch, Gradient};
 use bnkf_model_export::kernel::{AdamStep, Tier};
-use bnkf_model_export::member::Member;
-use bnkf_model_export::network_f64::NetworkF64;
-use bnkf_model_export::rows::Rows;
+use bnkf_model_export::memoryless::gradient::{Batch, Gradient};
+use bnkf_model_export::memoryless::member::Member;
+use bnkf_model_export::memoryless::rows::Rows;
+use bnkf_model_export::posterior::architecture::Architecture;
+use bnkf_model_export::posterior::gaussian_weights::GaussianWeights;
+use bnkf_model_export::posterior::network_f64::NetworkF64;
 use serde_json::Value;
 use tolerance::{ADAM_STEPS, TRAINING_F32, TRAINING_F64, TRAINING_SLOPE};
 

@@ -6,30 +6,34 @@ mod example_runs;
 pub mod fold_kit;
 pub mod generalisation;
 pub mod outcome;
-pub mod results;
+pub mod step_record;
+pub mod steps_parquet;
+pub mod tuning_choice;
 pub mod variation;
 pub mod work_folder;
 
-use bnkf_model_export::flight::Flight;
-use bnkf_model_export::generator::GeneratorError;
-use bnkf_model_export::noise::NoiseTable;
+use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::flights::generator::GeneratorError;
+use bnkf_model_export::radar::noise::NoiseTable;
 use parquet::errors::ParquetError;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::bootstrap::FlightSum;
-use crate::fold::Folds;
+use crate::campaign::step_record::{MethodSteps, StepRecord};
+use crate::campaign::steps_parquet::{FlightTracks, StepsFile};
+use crate::contest::fold::Folds;
+use crate::contest::model::Model;
+use crate::contest::roster::{Roster, RosterError, Supplies};
+use crate::contest::runs::Runs;
+use crate::contest::tuned_on::TunedOn;
+use crate::contest::tunings::Tunings;
 use crate::method::Method;
-use crate::model::Model;
-use crate::radar::Condition;
-use crate::roster::{Roster, RosterError, Supplies};
-use crate::runs::Runs;
 use crate::scenario::Scenario;
-use crate::step_record::{MethodSteps, StepRecord};
-use crate::steps_parquet::{FlightTracks, StepsFile};
-use crate::track::TrackStep;
+use crate::scenario::radar::Condition;
+use crate::scoring::bootstrap::FlightSum;
 use fold_kit::{FoldKit, FoldKitError, Part, Task};
 use outcome::{Block, Outcome, clusters};
+use tuning_choice::{choose, chosen, keep_chosen};
 use work_folder::{WorkFolder, WorkFolderError};
 
 /// What is evaluated, and how.
@@ -43,6 +47,10 @@ pub struct Campaign {
     pub folds: Folds,
     /// The methods.
     pub methods: Vec<Method>,
+    /// Generated flights to tune on; none of them is evaluated.
+    pub to_tune_on: Vec<Flight>,
+    /// What tuned filters are fitted to; each cell shows the best of these.
+    pub tuned_on: Vec<TunedOn>,
     /// Monte Carlo passes, if not the models' own number.
     pub passes: Option<u16>,
     /// Training epochs of the networks.
@@ -57,9 +65,11 @@ pub struct Campaign {
 #[derive(Serialize, Deserialize)]
 struct Unit {
     tracks: Vec<MethodSteps>,
-    /// Sum of the bound over the scored steps, metres.
-    floor_m: Option<FlightSum>,
+    /// Sum of the bound over the scored steps, metres, of every motion model.
+    floors_m: Floors,
 }
+
+type Floors = Vec<(TunedOn, Option<FlightSum>)>;
 
 /// Why a campaign failed.
 #[derive(Debug, thiserror::Error)]
@@ -114,14 +124,27 @@ impl Campaign {
         let (cluster, clusters) = clusters(&self.runs);
         let mut steps = StepsFile::new()?;
         let (mut cells, mut pairs, mut floors) = (Vec::new(), Vec::new(), Vec::new());
+        let mut candidates = Vec::new();
         for (number, condition) in conditions.iter().enumerate() {
-            let (flights, flight_floors) = self.finished(work, number)?;
+            let (mut flights, flight_floors) = self.finished(work, number)?;
+            let own_candidates = choose(*condition, &self.methods, &flights);
+            keep_chosen(&own_candidates, *condition, &self.methods, &mut flights);
+            let shown = |method| chosen(&own_candidates, method, *condition);
+            // The bound of the model that the tuned EKF is shown with.
+            let flight_floors: Vec<Option<FlightSum>> = flight_floors
+                .iter()
+                .map(|floors| {
+                    let on = shown(Method::EkfTuned).unwrap_or(TunedOn::Generated);
+                    floors.iter().find(|(of, _)| *of == on)?.1
+                })
+                .collect();
             let block = Block {
                 condition: *condition,
                 flights: &flights,
                 floors: &flight_floors,
                 clusters: &clusters,
                 methods: &self.methods,
+                candidates: &own_candidates,
                 folds: self.folds.count,
                 seed: self.seed,
             };
@@ -130,11 +153,13 @@ impl Campaign {
             pairs.extend(own_pairs);
             floors.push(floor);
             steps.add(*condition, &flights)?;
+            candidates.extend(own_candidates);
             watcher(Progress::Advance(1000));
         }
         Ok(Outcome {
             cells,
             comparisons: pairs,
+            candidates,
             variations,
             floors,
             cluster,
@@ -156,6 +181,7 @@ impl Campaign {
             fold,
             table,
             flights: &training[fold],
+            generated: &self.to_tune_on,
             radar: &self.scenario.radar,
             epochs: self.epochs,
             seed: self.seed,
@@ -169,10 +195,11 @@ impl Campaign {
             .iter()
             .flat_map(|table| (0..self.folds.count).map(|fold| task(*table, fold)))
             .collect();
-        let needed = Part::needed(&self.methods);
+        let needed = Part::needed(&self.methods, &self.tuned_on);
         let parts: Vec<_> = tasks
             .iter()
             .flat_map(|task| needed.iter().map(move |part| (task, *part)))
+            .filter(|(task, part)| part.is_of_a_fold() || task.fold == 0)
             .collect();
         watcher(Progress::Stage("Tuning and training", parts.len()));
         parts.par_iter().try_for_each(|(task, part)| {
@@ -231,14 +258,27 @@ impl Campaign {
         })
     }
 
-    /// The methods with what `kit` holds.
-    fn roster<'a>(&self, kit: &'a FoldKit) -> Result<Roster<'a>, RosterError> {
+    /// Those of `methods` that run with the parameters of `tuned_on`; the others run once, with the
+    /// first of the campaign's.
+    fn roster<'a>(
+        &self,
+        kit: &'a FoldKit,
+        tuned_on: TunedOn,
+        methods: &[Method],
+    ) -> Result<Roster<'a>, RosterError> {
+        let is_first = self.tuned_on.first() == Some(&tuned_on);
+        let own: Vec<Method> = methods
+            .iter()
+            .copied()
+            .filter(|method| is_first || method.is_tuned())
+            .collect();
+        let tunings = kit.tunings.iter().find(|(on, _)| *on == tuned_on);
         let supplies = Supplies {
             models: &kit.models,
             passes: self.passes,
-            tunings: kit.tunings.as_ref(),
+            tunings: tunings.map(|(_, tunings)| tunings),
         };
-        Roster::new(&self.methods, supplies)
+        Roster::new(&own, supplies)
     }
 
     fn unit(
@@ -248,19 +288,23 @@ impl Campaign {
         condition: Condition,
     ) -> Result<Unit, RosterError> {
         let readings = self.scenario.radar.readings(flight, condition, self.seed);
-        let tracks = self
-            .roster(kit)?
-            .tracks(flight, &readings, condition, self.seed);
-        let records = |(method, steps): (Method, Vec<TrackStep>)| MethodSteps {
-            method,
-            steps: steps.iter().map(StepRecord::from).collect(),
+        let mut all = Vec::new();
+        for tuned_on in &self.tuned_on {
+            let roster = self.roster(kit, *tuned_on, &self.methods)?;
+            for (method, steps) in roster.tracks(flight, &readings, condition, self.seed) {
+                all.push(MethodSteps {
+                    method,
+                    tuned_on: method.is_tuned().then_some(*tuned_on),
+                    steps: steps.iter().map(StepRecord::from).collect(),
+                });
+            }
+        }
+        let floor_m = |(on, tunings): &(TunedOn, Tunings)| {
+            (*on, tunings.floor_m(flight, &readings, condition))
         };
         Ok(Unit {
-            tracks: tracks.into_iter().map(records).collect(),
-            floor_m: kit
-                .tunings
-                .as_ref()
-                .and_then(|tunings| tunings.floor_m(flight, &readings, condition)),
+            tracks: all,
+            floors_m: kit.tunings.iter().map(floor_m).collect(),
         })
     }
 
@@ -269,7 +313,7 @@ impl Campaign {
         &self,
         work: &WorkFolder,
         condition: usize,
-    ) -> Result<(Vec<FlightTracks<'_>>, Vec<Option<FlightSum>>), WorkFolderError> {
+    ) -> Result<(Vec<FlightTracks<'_>>, Vec<Floors>), WorkFolderError> {
         let (mut tracks, mut floors) = (Vec::new(), Vec::new());
         for (index, flight) in self.runs.flights.iter().enumerate() {
             let unit: Unit = work
@@ -280,7 +324,7 @@ impl Campaign {
                 fold: self.folds.of_flight[index],
                 tracks: unit.tracks,
             });
-            floors.push(unit.floor_m);
+            floors.push(unit.floors_m);
         }
         Ok((tracks, floors))
     }

@@ -4,4 +4,5 @@ pub mod demo;
 pub mod doubt;
 pub mod evaluate;
 pub mod image;
+pub mod progress;
 pub mod replicate;

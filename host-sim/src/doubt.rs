@@ -5,16 +5,16 @@ pub mod entry;
 pub mod table;
 pub mod world;
 
-use bnkf_model_export::flight::Flight;
-use bnkf_model_export::noise::NoiseLevel;
+use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::radar::noise::NoiseLevel;
 use bnkf_model_export::recursive::committee::{Committee, Followed};
 use bnkf_model_export::recursive::scenario::Scenario;
 use bnkf_model_export::seed;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::bootstrap::{FlightSum, Interval, interval_95, mean};
-use crate::paired::PairedDifference;
+use crate::scoring::bootstrap::{FlightSum, Interval, interval_95, mean};
+use crate::scoring::paired::PairedDifference;
 
 /// 90th percentile of chi-square with three degrees of freedom.
 const CHI2_90: f64 = 6.251_388_631_170_325;
@@ -165,7 +165,7 @@ impl Doubt {
 #[cfg(test)]
 mod tests {
     use super::{Candidate, study};
-    use crate::default_models;
+    use crate::contest::default_models;
     use crate::doubt::world::World;
     use bnkf::blob::Kind;
     use bnkf_model_export::recursive::committee::Committee;

@@ -1,7 +1,8 @@
 //! What every method under test does: take one reading at a time, answer with a position.
 
-use bnkf_model_export::reading::Reading;
+use bnkf_model_export::radar::reading::Reading;
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// What a filter knows when a flight begins.
 #[derive(Clone, Copy, Debug)]
@@ -23,6 +24,29 @@ pub struct Nis {
     pub degrees: usize,
 }
 
+/// What a filter with a gate made of a reading.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Fate {
+    /// It was used.
+    Used,
+    /// It lay outside the gate and was not used.
+    Rejected,
+    /// The filter started anew from it.
+    Restarted,
+}
+
+impl Fate {
+    /// Name in results.
+    pub const fn label(self) -> &'static str {
+        match self {
+            Self::Used => "used",
+            Self::Rejected => "rejected",
+            Self::Restarted => "restarted",
+        }
+    }
+}
+
 /// Where a filter believes the target to be at the time it was asked about.
 ///
 /// Frame: x east, y north, z up, radar at the origin.
@@ -35,6 +59,8 @@ pub struct PositionEstimate {
     /// Consistency of the reading with the prediction; `None` in a gap, at the start and for
     /// methods that do not predict.
     pub nis: Option<Nis>,
+    /// What became of the reading; `None` in a gap and for methods without a gate, which use all.
+    pub fate: Option<Fate>,
 }
 
 /// Why a filter has no estimate.

@@ -88,6 +88,23 @@ impl Method {
         Self::Recursive,
     ];
 
+    /// Whether it needs parameters that are fitted to flights, were it only where flights begin.
+    pub const fn is_tuned(self) -> bool {
+        match self {
+            Self::Ekf | Self::Ukf | Self::Bnn | Self::Bnkf | Self::Bnkfe | Self::Recursive => false,
+            Self::EkfTuned
+            | Self::UkfTuned
+            | Self::CkfTuned
+            | Self::Imm5
+            | Self::Imm10
+            | Self::Particle
+            | Self::Converted
+            | Self::PopulationMean
+            | Self::ConstantRange
+            | Self::Fused => true,
+        }
+    }
+
     /// Name in tables, figures and results.
     pub const fn label(self) -> &'static str {
         match self {
@@ -122,7 +139,7 @@ impl Method {
             Self::Bnkfe => "one Bayesian network per axis, then the correction",
             Self::Recursive => "nine-state Kalman filter, its motion model scheduled by a network",
             Self::EkfTuned => {
-                "extended Kalman filter, Singer model fitted on the training flights, started from the first reading"
+                "extended Kalman filter, fitted Singer model, started from the first reading"
             }
             Self::UkfTuned => "the tuned filter with the unscented correction",
             Self::CkfTuned => "the tuned filter with the cubature correction",
@@ -134,9 +151,15 @@ impl Method {
                 "Rao-Blackwellised particle filter: 40 hypotheses of the range, a Kalman filter each"
             }
             Self::Converted => "the reading converted to Cartesian coordinates, nothing else",
-            Self::PopulationMean => "the training flights' mean position, whatever the radar says",
-            Self::ConstantRange => "the reading's direction at the training flights' mean range",
-            Self::Fused => "one reading fused with the training flights' range and elevation",
+            Self::PopulationMean => {
+                "the mean position of the flights to tune on, whatever the radar says"
+            }
+            Self::ConstantRange => {
+                "the reading's direction at the mean range of the flights to tune on"
+            }
+            Self::Fused => {
+                "one reading fused with the range and elevation of the flights to tune on"
+            }
         }
     }
 }

@@ -1,16 +1,19 @@
 //! The report: one page that opens without a network, and its figures as files.
 
+pub mod campaign_results;
 mod figures;
 mod headline;
 mod page;
+pub mod results_json;
 mod space;
+pub mod table;
 
 use crate::campaign::Campaign;
 use crate::campaign::outcome::Outcome;
-use crate::campaign::results::CampaignProvenance;
+use crate::contest::example::Example;
+use crate::contest::runtime::MethodTime;
 use crate::method::Method;
-use crate::plot::trajectory_figure::Example;
-use crate::runtime::MethodTime;
+use campaign_results::CampaignProvenance;
 
 /// Methods that the example tracks show: more would be too many lines.
 pub const SHOWN: [Method; 6] = [

@@ -3,13 +3,15 @@
 //! Keys are strict: unknown, missing or out-of-range ones are errors that name file and line.
 
 mod error;
+pub mod radar;
 mod toml_form;
 
 use std::path::Path;
 
-use bnkf_model_export::volume::Volume;
+use bnkf_model_export::flights::generator::GeneratorSettings;
+use bnkf_model_export::flights::volume::Volume;
 
-use crate::radar::Radar;
+use radar::Radar;
 
 pub use error::ScenarioError;
 
@@ -64,18 +66,32 @@ impl Scenario {
         })?;
         toml_form::parse(&text, &file)
     }
+
+    /// Settings that generate `flights` flights of this scenario.
+    pub fn generator(&self, flights: usize, seed: u64) -> GeneratorSettings {
+        GeneratorSettings {
+            flights,
+            seed,
+            duration_s: self.duration_s,
+            rate_hz: self.rate_hz,
+            speed_scale: self.speed_scale,
+            size_scale: self.size_scale,
+            timing_jitter_s: 0.0,
+            volume: self.volume,
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use std::path::Path;
 
-    use bnkf_model_export::gaps::SamplingRate;
-    use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
-    use bnkf_model_export::volume::Volume;
+    use bnkf_model_export::flights::volume::Volume;
+    use bnkf_model_export::radar::gaps::SamplingRate;
+    use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 
     use super::{BUILT_IN, Scenario};
-    use crate::radar::{Pattern, Radar};
+    use crate::scenario::radar::{Pattern, Radar};
 
     #[test]
     fn the_papers_scenario_is_the_papers() {

@@ -145,6 +145,8 @@ fn what_cannot_be_read_is_named_with_file_and_line() {
     );
     let error = complaint(&host_sim(&["evaluate", "--flights", path, "--folds", "5"]));
     assert!(error.contains("there are 2 recordings"), "{error}");
+    let error = complaint(&host_sim(&["evaluate", "--quick", "--seed", "20260517"]));
+    assert!(error.contains("choose another"), "{error}");
     let scenario = folder.path().join("s.toml");
     std::fs::write(&scenario, "name = \"s\"\nsumary = \"typo\"\n").unwrap();
     let error = complaint(&host_sim(&[
@@ -213,6 +215,34 @@ fn a_full_disk_leaves_no_half_results_of_a_cross_validation() {
     assert!(names(&out).contains(&"report.html".to_owned()));
 }
 
+/// Three fits of each tuned method, of which the cell shows the nearest.
+fn every_cell_shows_the_best_fit(out: &Path, results: &serde_json::Value) {
+    let fits = results["tunings"].as_array().unwrap();
+    let cells = results["cells"].as_array().unwrap();
+    assert_eq!((fits.len(), cells.len()), (3 * 2 * 9, 2 * 9));
+    for cell in cells {
+        let of_cell = |fit: &&serde_json::Value| {
+            ["method", "noise", "rate"]
+                .iter()
+                .all(|key| fit[key] == cell[key])
+        };
+        let own: Vec<_> = fits.iter().filter(of_cell).collect();
+        let tuned_on: Vec<_> = own.iter().map(|fit| &fit["tuned_on"]).collect();
+        assert_eq!(tuned_on, ["generated", "recordings", "both"]);
+        let ed_m = |fit: &serde_json::Value| fit["ed_mean_m"].as_f64().unwrap();
+        let least = own
+            .iter()
+            .map(|fit| ed_m(fit))
+            .fold(f64::INFINITY, f64::min);
+        assert_eq!(ed_m(cell), least);
+        let chosen: Vec<_> = own.iter().filter(|fit| fit["chosen"] == true).collect();
+        assert_eq!(chosen.len(), 1);
+        assert_eq!(chosen[0]["tuned_on"], cell["tuned_on"]);
+    }
+    let csv = std::fs::read_to_string(out.join("tunings.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 1 + fits.len());
+}
+
 /// Three runs of two flights are three times the steps, and two flights to the intervals.
 #[test]
 fn runs_measure_every_flight_again() {
@@ -227,7 +257,8 @@ fn runs_measure_every_flight_again() {
     assert!(text.contains("--folds"), "{text}");
 
     arguments.extend(["--folds", "2", "--place", "--noise-table", "radians"]);
-    arguments.extend(["--methods", "converted,fused", "--out"]);
+    arguments.extend(["--methods", "converted,fused"]);
+    arguments.extend(["--tuning-flights", "2", "--out"]);
     arguments.push(out.to_str().unwrap());
     let output = host_sim(&arguments);
     assert!(output.status.success(), "{output:?}");
@@ -240,6 +271,8 @@ fn runs_measure_every_flight_again() {
     for comparison in results["comparisons"].as_array().unwrap() {
         assert_eq!(comparison["flights"], 2, "{comparison}");
     }
+    every_cell_shows_the_best_fit(&out, &results);
     let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("the best of the three, which favours the filters"));
     assert!(page.contains("2 flights from 2 recordings, each 3 times"));
 }

@@ -4,8 +4,8 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use bnkf::blob::{self, Blob, field};
-use bnkf_host_sim::image_build::build_image;
-use bnkf_host_sim::toolchain::{Toolchain, ToolchainChoice};
+use bnkf_host_sim::image::build::build_image;
+use bnkf_host_sim::image::toolchain::{Toolchain, ToolchainChoice};
 
 const BLOB: &[u8] = include_bytes!("../../tests/golden/tiny_bnkf.bnkf");
 

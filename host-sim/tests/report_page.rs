@@ -94,6 +94,8 @@ fn the_page_opens_turns_and_holds_data() {
             "evaluate", "--quick", "--folds", "2", "--epochs", "1", "--passes", "3",
         ])
         .args([
+            "--tuning-flights",
+            "4",
             "--methods",
             "ekf,bnkf,ekf-tuned,converted",
             "--scenario",

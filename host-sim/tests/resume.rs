@@ -6,13 +6,14 @@ use std::time::{Duration, Instant};
 
 /// Files that must not depend on how often the run was killed. The page and `runtime.json` hold
 /// times, which never repeat.
-const RESULTS: [&str; 9] = [
+const RESULTS: [&str; 10] = [
     "results.json",
     "steps.parquet",
     "cells.csv",
     "phases.csv",
     "reliability.csv",
     "comparisons.csv",
+    "tunings.csv",
     "variations.csv",
     "bounds.csv",
     "metrics-radians.svg",
@@ -30,6 +31,8 @@ fn evaluation(folder: &Path) -> Command {
             "evaluate", "--quick", "--folds", "2", "--epochs", "1", "--passes", "3",
         ])
         .args([
+            "--tuning-flights",
+            "4",
             "--methods",
             "ekf,bnkf,imm10",
             "--scenario",

@@ -1,8 +1,8 @@
 //! Training of the recursive tracker through its unrolled filter.
 //!
 //! The filter step is the firmware's own, generic over [`bnkf::scalar::Scalar`]: in `f64` it is the
-//! naive twin of what flies in `f32`; recorded on a [`tape::Tape`] it becomes a [`program::Program`]
-//! that runs forwards and backwards over lanes of flights.
+//! naive twin of what flies in `f32`; recorded on a [`Tape`](crate::autodiff::tape::Tape) it becomes a
+//! [`Program`](crate::autodiff::program::Program) that runs forwards and backwards over lanes of flights.
 
 pub mod augmentation;
 pub mod batch;
@@ -11,29 +11,19 @@ pub mod checkpoint;
 pub mod committee;
 pub mod comparison;
 pub mod encounter;
-pub(crate) mod execution;
-pub mod lanes;
 pub mod model;
 pub mod network;
-pub mod network_gradient;
-pub mod network_shape;
 pub mod normalisation;
-pub mod pass;
 pub mod population;
-pub mod program;
 pub mod provenance;
 pub mod recipe;
-pub mod sampling;
 pub mod scenario;
 pub mod score;
 pub mod sensor;
-pub mod simplification;
 pub mod step;
 pub mod step_programs;
 pub mod stress;
-pub mod tape;
 pub mod training;
 pub mod training_progress;
 pub mod trial;
 pub mod unrolled;
-pub mod weights;

@@ -4,10 +4,10 @@ use bnkf::blob::{FeatureLayout, Kind};
 use bnkf::recursive::features::FEATURES;
 use bnkf::recursive::population::{Base, Population, parameters};
 use bnkf::recursive::schedule::OUTPUTS;
-use bnkf_model_export::architecture::Architecture;
-use bnkf_model_export::blob_writer::{BlobContents, Normalisation, write_blob};
-use bnkf_model_export::gaussian_weights::GaussianWeights;
-use bnkf_model_export::quantise::quantise;
+use bnkf_model_export::blob::quantise::quantise;
+use bnkf_model_export::blob::writer::{BlobContents, Normalisation, write_blob};
+use bnkf_model_export::posterior::architecture::Architecture;
+use bnkf_model_export::posterior::gaussian_weights::GaussianWeights;
 use bnkf_model_export::random_source::RandomSource;
 
 /// A recursive blob of random weights with one hidden layer: every output moves, none means

@@ -8,9 +8,9 @@
 //! It is the floor for filters that believe in this motion model, on targets that follow it. A
 //! method with a better model of the very flights may go below it.
 
-use bnkf_model_export::flight::Flight;
-use bnkf_model_export::radar_sampling::time_us;
-use bnkf_model_export::reading::Reading;
+use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::radar::reading::Reading;
+use bnkf_model_export::radar::sampling::time_us;
 use nalgebra::{Matrix3, Matrix6, SymmetricEigen, Vector3, Vector4};
 
 use super::correction::Correction;
@@ -135,7 +135,7 @@ mod tests {
     use super::*;
     use crate::baseline::motion::WhiteAcceleration;
     use crate::baseline::prior::tests::PRIOR;
-    use bnkf_model_export::flight::Flight;
+    use bnkf_model_export::flights::flight::Flight;
 
     #[test]
     fn mean_distances_by_closed_form() {

@@ -2,10 +2,10 @@
 //! was expected is not used, and after three of them in a row the filter starts anew.
 
 use bnkf::recursive::AGREEING as REJECTIONS_MAX;
-use bnkf_model_export::reading::Reading;
+use bnkf_model_export::radar::reading::Reading;
 use nalgebra::Vector3;
 
-use crate::filter::{Filter, FilterError, PositionEstimate, Start};
+use crate::filter::{Fate, Filter, FilterError, PositionEstimate, Start};
 
 /// Normalised innovation squared from which a reading is not used.
 const GATE_NIS: f64 = bnkf::recursive::correction::GATE_NIS;
@@ -47,35 +47,43 @@ impl<F: Filter + Clone> Filter for Gated<F> {
         if estimate.nis.is_none_or(|nis| nis.value < GATE_NIS) {
             self.filter = after;
             self.rejections = 0;
-            return Ok(estimate);
+            return Ok(PositionEstimate {
+                fate: Some(Fate::Used),
+                ..estimate
+            });
         }
         self.rejections += 1;
         if self.rejections < REJECTIONS_MAX {
             let coasted = self.filter.step(time_us, None)?;
             return Ok(PositionEstimate {
                 nis: estimate.nis,
+                fate: Some(Fate::Rejected),
                 ..coasted
             });
         }
         let nowhere = Vector3::repeat(f64::NAN);
-        self.start(&Start {
+        let anew = self.start(&Start {
             reading,
             true_position_m: nowhere,
             true_velocity_mps: nowhere,
+        })?;
+        Ok(PositionEstimate {
+            fate: Some(Fate::Restarted),
+            ..anew
         })
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use bnkf_model_export::reading::Reading;
+    use bnkf_model_export::radar::reading::Reading;
     use nalgebra::Vector3;
 
     use super::Gated;
     use crate::baseline::imm::Imm;
     use crate::baseline::origin::Origin;
     use crate::baseline::prior::tests::PRIOR;
-    use crate::filter::{Filter, Start};
+    use crate::filter::{Fate, Filter, PositionEstimate, Start};
 
     /// A target that stands 30 m to the east.
     fn reading(time_us: u64, azimuth_rad: f64) -> Reading {
@@ -114,12 +122,14 @@ mod tests {
             let wild = reading(step * 100_000, 2.0);
             let refused = gated.step(wild.time_us, Some(&wild)).unwrap();
             let coasted = coasting.step(wild.time_us, None).unwrap();
+            assert_eq!(refused.fate, Some(Fate::Rejected));
             assert_eq!(refused.position_m, coasted.position_m);
             assert_eq!(refused.covariance_m2, coasted.covariance_m2);
             assert!(refused.nis.unwrap().value > super::GATE_NIS);
         }
         let third = reading(2_200_000, 2.0);
         let anew = gated.step(third.time_us, Some(&third)).unwrap();
+        assert_eq!(anew.fate, Some(Fate::Restarted));
         let bearing_rad = anew.position_m.y.atan2(anew.position_m.x);
         assert!((bearing_rad - 2.0).abs() < 0.05, "{bearing_rad}");
     }
@@ -130,6 +140,10 @@ mod tests {
         let mut plain = gated.filter.clone();
         let near = reading(2_000_000, 0.005);
         let answer = gated.step(near.time_us, Some(&near)).unwrap();
-        assert_eq!(answer, plain.step(near.time_us, Some(&near)).unwrap());
+        let used = PositionEstimate {
+            fate: Some(Fate::Used),
+            ..plain.step(near.time_us, Some(&near)).unwrap()
+        };
+        assert_eq!(answer, used);
     }
 }

@@ -48,6 +48,7 @@ impl<const N: usize> Gaussian<N> {
             position_m: self.position_m(),
             covariance_m2: self.covariance.fixed_view::<3, 3>(0, 0).into_owned(),
             nis,
+            fate: None,
         })
     }
 }

@@ -1,6 +1,6 @@
 //! Interacting multiple models (Blom and Bar-Shalom 1988) over level turns.
 
-use bnkf_model_export::reading::Reading;
+use bnkf_model_export::radar::reading::Reading;
 
 use super::clock::Clock;
 use super::correction::{Correction, Innovation};

@@ -1,6 +1,6 @@
 //! The Kalman filter over a linear motion model: EKF, UKF or CKF by its correction.
 
-use bnkf_model_export::reading::Reading;
+use bnkf_model_export::radar::reading::Reading;
 
 use super::clock::Clock;
 use super::correction::Correction;

@@ -3,7 +3,7 @@
 //! What a filter adds is measured against these. In a gap a rule repeats its last answer, and its
 //! covariance grows by the square of the way a drone of the population goes in the meantime.
 
-use bnkf_model_export::reading::Reading;
+use bnkf_model_export::radar::reading::Reading;
 use nalgebra::{Matrix3, Vector3};
 
 use super::clock::Clock;
@@ -43,6 +43,7 @@ impl Rule {
                 position_m: prior.position_mean_m.into(),
                 covariance_m2: prior.position_covariance_m2.into(),
                 nis: None,
+                fate: None,
             },
             Self::ConstantRange => {
                 let range = prior.range_m;
@@ -70,6 +71,7 @@ fn converted(
         position_m: cartesian(elevation_rad, azimuth_rad, range_m),
         covariance_m2: symmetric(&(j * variance * j.transpose())),
         nis: None,
+        fate: None,
     }
 }
 

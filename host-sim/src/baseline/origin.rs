@@ -1,6 +1,6 @@
 //! Where a filter begins: at the truth, as the paper's do, or at the first reading.
 
-use bnkf_model_export::reading::Reading;
+use bnkf_model_export::radar::reading::Reading;
 use nalgebra::{Matrix6, Vector6};
 
 use super::gaussian::Gaussian;

@@ -1,6 +1,6 @@
 //! What is known of a flight before it is seen: the population of training flights.
 
-use bnkf_model_export::flight::Flight;
+use bnkf_model_export::flights::flight::Flight;
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
@@ -159,6 +159,7 @@ impl PopulationPrior {
             position_m: mean,
             covariance_m2: symmetric(&covariance),
             nis: None,
+            fate: None,
         }
     }
 

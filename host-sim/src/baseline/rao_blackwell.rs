@@ -12,8 +12,8 @@
 //! the particles, and what was their spread is then missing from the covariance for good. Where the
 //! readings hold the range well, as at low noise, all particles are one Kalman filter.
 
+use bnkf_model_export::radar::reading::Reading;
 use bnkf_model_export::random_source::RandomSource;
-use bnkf_model_export::reading::Reading;
 use bnkf_model_export::seed;
 use nalgebra::SVector;
 

@@ -2,7 +2,7 @@
 
 use core::f64::consts::{PI, TAU};
 
-use bnkf_model_export::reading::Reading;
+use bnkf_model_export::radar::reading::Reading;
 use nalgebra::{Matrix3, Matrix4, SMatrix, Vector3, Vector4};
 
 /// Distances below this are treated as this, m: at the radar and on its vertical axis the angles

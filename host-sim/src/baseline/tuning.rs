@@ -6,11 +6,11 @@
 //! covariance at once; the likelihood of the innovations would also pay for the range-rate.
 //! Everything is deterministic: seeded noise, no random search, sums in a fixed order.
 
-use bnkf_model_export::flight::Flight;
-use bnkf_model_export::gaps::SamplingRate;
-use bnkf_model_export::noise::NoiseSigmas;
-use bnkf_model_export::radar_sampling::{RadarSettings, sample_radar, time_us};
-use bnkf_model_export::reading::Reading;
+use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::radar::gaps::SamplingRate;
+use bnkf_model_export::radar::noise::NoiseSigmas;
+use bnkf_model_export::radar::reading::Reading;
+use bnkf_model_export::radar::sampling::{RadarSettings, sample_radar, time_us};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -24,7 +24,7 @@ use super::rao_blackwell::RaoBlackwell;
 use super::simplex::{Vertex, minimise};
 use super::singer::Singer;
 use crate::filter::{Filter, Start};
-use crate::metrics::StepScore;
+use crate::scoring::metrics::StepScore;
 
 /// Parameters of the tuned filters at one noise level.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -59,7 +59,8 @@ struct Recording<'a> {
 /// Flights, evenly spread, on which the search looks around, and on which it ends. More change the
 /// parameters by less than their uncertainty and cost time.
 const FLIGHTS_FIRST: usize = 10;
-const FLIGHTS_MAX: usize = 60;
+/// See [`Tuning::fit`].
+pub const FLIGHTS_MAX: usize = 120;
 
 /// A step's score is not taken to be worse than this: one lost flight must not decide alone.
 const SCORE_MAX: f64 = 60.0;
@@ -78,7 +79,8 @@ const SINGER_STARTS: [[f64; 4]; 2] = [[1.5, 1.0, 0.5, 0.03], [0.5, 0.3, 0.7, 1.0
 const FIVE_TURNS_STARTS: [[f64; 3]; 2] = [[0.8, 0.1, 0.4], [2.0, 0.4, 1.5]];
 
 impl Tuning {
-    /// Fits the motion models for a radar with `noise` to `flights` at all `rates`.
+    /// Fits the motion models for a radar with `noise` to `flights`, of which [`FLIGHTS_MAX`] at most,
+    /// at all `rates`.
     ///
     /// # Errors
     /// See [`TuningError`].
@@ -182,6 +184,12 @@ fn five_turns(log: &[f64; 3]) -> FiveTurns {
     }
 }
 
+/// At most `flights_max` of `flights`, evenly spread.
+pub fn spread<'a>(flights: &[&'a Flight], flights_max: usize) -> impl Iterator<Item = &'a Flight> {
+    let stride = flights.len().div_ceil(flights_max).max(1);
+    flights.iter().copied().step_by(stride)
+}
+
 fn record<'a>(
     flights: &[&'a Flight],
     flights_max: usize,
@@ -189,8 +197,7 @@ fn record<'a>(
     rates: &[SamplingRate],
     seed: u64,
 ) -> Vec<Recording<'a>> {
-    let stride = flights.len().div_ceil(flights_max).max(1);
-    let chosen = flights.iter().copied().step_by(stride);
+    let chosen = spread(flights, flights_max);
     let cases = chosen.flat_map(|flight| rates.iter().map(move |rate| (flight, *rate)));
     cases
         .map(|(flight, rate)| {
@@ -256,8 +263,8 @@ fn negative_log_density(score: &StepScore) -> f64 {
 mod tests {
     use super::*;
     use crate::baseline::discrete::Discrete;
-    use bnkf_model_export::flight::Sample;
-    use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
+    use bnkf_model_export::flights::flight::Sample;
+    use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
     use bnkf_model_export::random_source::RandomSource;
 
     const TRUE_MOTION: Singer = Singer {

@@ -2,14 +2,15 @@
 
 use serde::Serialize;
 
-use crate::bootstrap::{FlightSum, Interval, interval_95};
-use crate::cell::{CellMetrics, ScoredStep};
-use crate::chi_square;
-use crate::consistency::{Bounds, NOMINAL, nees_bounds, nis_bounds, reliability};
+use crate::campaign::step_record::StepRecord;
+use crate::contest::tuned_on::TunedOn;
 use crate::method::Method;
-use crate::phase::Phase;
-use crate::radar::Condition;
-use crate::step_record::StepRecord;
+use crate::scenario::radar::Condition;
+use crate::scoring::bootstrap::{FlightSum, Interval, interval_95};
+use crate::scoring::cell::{CellMetrics, ScoredStep};
+use crate::scoring::chi_square;
+use crate::scoring::consistency::{Bounds, NOMINAL, nees_bounds, nis_bounds, reliability};
+use crate::scoring::phase::Phase;
 
 /// Everything that is known about one method under one condition.
 #[derive(Clone, Debug, Serialize)]
@@ -19,9 +20,13 @@ pub struct CellSummary {
     /// The condition: noise table, noise level, sampling rate.
     #[serde(flatten)]
     pub condition: Condition,
+    /// What the method's parameters were fitted to; `None` if it has none.
+    pub tuned_on: Option<TunedOn>,
     /// Metrics over all steps.
     #[serde(flatten)]
     pub metrics: CellMetrics,
+    /// Flights, every run of one by itself, that were not tracked at more than half of their steps.
+    pub flights_not_tracked: usize,
     /// 95% interval of the mean ED by bootstrap, metres.
     pub ed_interval_m: Interval,
     /// 95% interval of the NEES by bootstrap.
@@ -63,6 +68,14 @@ pub struct Track<'a> {
     pub fold: usize,
     /// Number of the cluster (recording or flight) that is drawn as a whole by the bootstrap.
     pub cluster: usize,
+}
+
+impl Track<'_> {
+    /// Whether the flight was tracked at half of its steps or more.
+    fn is_tracked(&self) -> bool {
+        let lost = self.steps.iter().filter(|step| step.not_tracked).count();
+        2 * lost <= self.steps.len()
+    }
 }
 
 impl CellSummary {
@@ -113,7 +126,9 @@ impl CellSummary {
         Self {
             method,
             condition,
+            tuned_on: None,
             metrics,
+            flights_not_tracked: tracks.iter().filter(|track| !track.is_tracked()).count(),
             ed_interval_m: interval_95(&error_sums(tracks), seed),
             nees_interval: interval_95(
                 &cluster_sums(tracks, |step| step.mahalanobis_squared),
@@ -159,13 +174,13 @@ fn metrics<'a>(steps: impl Iterator<Item = &'a StepRecord>) -> CellMetrics {
 
 #[cfg(test)]
 mod tests {
-    use bnkf_model_export::gaps::SamplingRate;
-    use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
+    use bnkf_model_export::radar::gaps::SamplingRate;
+    use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 
     use super::{CellSummary, Track, error_sums};
+    use crate::campaign::step_record::StepRecord;
     use crate::method::Method;
-    use crate::radar::Condition;
-    use crate::step_record::StepRecord;
+    use crate::scenario::radar::Condition;
 
     const CONDITION: Condition = Condition {
         table: NoiseTable::Radians,
@@ -178,6 +193,8 @@ mod tests {
             time_s,
             in_gap,
             diverged: false,
+            fate: None,
+            not_tracked: false,
             error_m,
             mahalanobis_squared: error_m * error_m,
             det_p_m6: 1.0,
@@ -229,6 +246,25 @@ mod tests {
         assert_eq!(cell.coverage95, 6.0 / 9.0);
         let sums = error_sums(&tracks);
         assert_eq!((sums[0].sum, sums[1].sum, sums[1].count), (6.0, 12.0, 6));
+    }
+
+    #[test]
+    fn a_flight_is_lost_when_most_of_its_steps_are() {
+        let lost = StepRecord {
+            not_tracked: true,
+            ..step(1.0, false, 1.0)
+        };
+        let good = step(1.0, false, 1.0);
+        let half = [lost, good];
+        let most = [lost, good, lost];
+        let track = |steps| Track {
+            steps,
+            fold: 0,
+            cluster: 0,
+        };
+        let tracks = [track(&half[..]), track(&most[..]), track(&half[..])];
+        let cell = CellSummary::new(Method::Imm5, CONDITION, &tracks, 1, 1);
+        assert_eq!((cell.flights_not_tracked, cell.metrics.not_tracked), (1, 4));
     }
 
     #[test]

@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use super::cell_summary::{Track, error_sums};
 use crate::method::Method;
-use crate::paired::PairedDifference;
-use crate::radar::Condition;
+use crate::scenario::radar::Condition;
+use crate::scoring::paired::PairedDifference;
 
 /// The paired difference of two methods under one condition.
 #[derive(Clone, Copy, Debug, Serialize)]

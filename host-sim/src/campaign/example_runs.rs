@@ -1,29 +1,30 @@
 //! What the report shows beyond the sums: tracks of single flights, and what a step costs.
 
-use bnkf_model_export::gaps::SamplingRate;
-use bnkf_model_export::noise::NoiseLevel;
+use bnkf_model_export::radar::gaps::SamplingRate;
+use bnkf_model_export::radar::noise::NoiseLevel;
 
+use super::tuning_choice::{Candidate, chosen};
 use super::work_folder::WorkFolder;
 use super::{Campaign, CampaignError};
-use crate::flight_kind::first_of_each;
+use crate::contest::example::Example;
+use crate::contest::flight_kind::first_of_each;
+use crate::contest::runtime::{self, MethodTime};
 use crate::method::Method;
-use crate::plot::trajectory_figure::Example;
-use crate::radar::Condition;
-use crate::roster::{Roster, Supplies};
-use crate::runtime::{self, MethodTime};
+use crate::scenario::radar::Condition;
 
 /// Flights that are timed.
 const TIMED: usize = 5;
 
 impl Campaign {
     /// One flight per noise level with the tracks of those of `shown` that took part, each tested
-    /// by its own fold's models, at the second sampling rate: one with gaps.
+    /// by its own fold's models and tuned as its cell is, at the second sampling rate: one with gaps.
     ///
     /// # Errors
     /// A piece of the finished run is missing or damaged.
     pub fn examples(
         &self,
         work: &WorkFolder,
+        candidates: &[Candidate],
         shown: &[Method],
     ) -> Result<Vec<Example<'_>>, CampaignError> {
         let kits = self.kits(work, &|_| {})?;
@@ -39,19 +40,18 @@ impl Campaign {
             let index = kinds[number % kinds.len()];
             let flight = &self.runs.flights[index];
             let kit = &kits[0][self.folds.of_flight[index]];
-            let supplies = Supplies {
-                models: &kit.models,
-                passes: self.passes,
-                tunings: kit.tunings.as_ref(),
-            };
             let condition = Condition {
                 table: radar.tables[0],
                 noise,
                 rate,
             };
             let readings = radar.readings(flight, condition, self.seed);
-            let tracks =
-                Roster::new(&shown, supplies)?.tracks(flight, &readings, condition, self.seed);
+            let mut tracks = Vec::new();
+            for method in &shown {
+                let tuned_on = chosen(candidates, *method, condition).unwrap_or(self.tuned_on[0]);
+                let roster = self.roster(kit, tuned_on, &[*method])?;
+                tracks.extend(roster.tracks(flight, &readings, condition, self.seed));
+            }
             Ok(Example {
                 flight,
                 noise,
@@ -74,12 +74,7 @@ impl Campaign {
     pub fn times(&self, work: &WorkFolder) -> Result<Vec<MethodTime>, CampaignError> {
         let kits = self.kits(work, &|_| {})?;
         let kit = &kits[0][0];
-        let supplies = Supplies {
-            models: &kit.models,
-            passes: self.passes,
-            tunings: kit.tunings.as_ref(),
-        };
-        let roster = Roster::new(&self.methods, supplies)?;
+        let roster = self.roster(kit, self.tuned_on[0], &self.methods)?;
         let flights: Vec<_> = self.runs.flights.iter().take(TIMED).collect();
         let radar = &self.scenario.radar;
         let condition = Condition {

@@ -1,27 +1,34 @@
 //! What a fold's methods are made from: tuned parameters and trained blobs, fitted to the flights
 //! that the fold does not test.
 
-use bnkf_model_export::flight::Flight;
-use bnkf_model_export::held_out::HeldOutError;
+use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::flights::held_out::HeldOutError;
 use bnkf_model_export::kernel::Tier;
-use bnkf_model_export::memoryless_model::MemorylessModel;
-use bnkf_model_export::noise::NoiseTable;
+use bnkf_model_export::memoryless::model::MemorylessModel;
+use bnkf_model_export::memoryless::training::{Control, DivergedError, Event, State, Training};
+use bnkf_model_export::memoryless::training_data::TrainingData;
+use bnkf_model_export::memoryless::training_settings::{TrainingSettings, TrainingSettingsError};
+use bnkf_model_export::radar::noise::NoiseTable;
 use bnkf_model_export::seed;
-use bnkf_model_export::training::{Control, DivergedError, Event, State, Training};
-use bnkf_model_export::training_data::TrainingData;
-use bnkf_model_export::training_settings::{TrainingSettings, TrainingSettingsError};
 
 use super::work_folder::{WorkFolder, WorkFolderError};
+use crate::baseline::tuning::{FLIGHTS_MAX, spread};
+use crate::contest::model::{Model, ModelError};
+use crate::contest::tuned_on::TunedOn;
+use crate::contest::tunings::{Tunings, TuningsError};
 use crate::method::Method;
-use crate::model::{Model, ModelError};
-use crate::radar::Radar;
-use crate::tunings::{Tunings, TuningsError};
+use crate::scenario::radar::Radar;
+
+/// Seed of the flights that are generated to tune on, and of their readings. Whatever is evaluated,
+/// and however many flights, filters that are tuned on generated flights are the same.
+pub const TUNING_SEED: u64 = 20_260_517;
 
 /// A fold's supplies for one noise table.
 #[derive(Clone, Debug)]
 pub struct FoldKit {
-    /// Parameters of the tuned baselines, if a method needs them.
-    pub tunings: Option<Tunings>,
+    /// Parameters of the tuned baselines, one set for each of the campaign's [`TunedOn`]; none if no
+    /// method needs them.
+    pub tunings: Vec<(TunedOn, Tunings)>,
     /// The blobs that methods need.
     pub models: Vec<Model>,
 }
@@ -29,8 +36,8 @@ pub struct FoldKit {
 /// One part of a kit, made by itself and kept by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// The tuned baselines.
-    Tunings,
+    /// Parameters of the tuned baselines. Those of generated flights are the same in every fold.
+    Tunings(TunedOn),
     /// The blob of BNN and BNKF.
     Joint,
     /// The blob of BNKFe.
@@ -70,8 +77,10 @@ pub struct Task<'a> {
     pub fold: usize,
     /// The noise table.
     pub table: NoiseTable,
-    /// Flights to fit to.
+    /// The flights that the fold does not test.
     pub flights: &'a [&'a Flight],
+    /// Generated flights to tune on.
+    pub generated: &'a [Flight],
     /// The radar that sees them.
     pub radar: &'a Radar,
     /// Training epochs.
@@ -82,21 +91,11 @@ pub struct Task<'a> {
 
 impl Part {
     /// The parts that `methods` need.
-    pub fn needed(methods: &[Method]) -> Vec<Self> {
+    pub fn needed(methods: &[Method], tuned_on: &[TunedOn]) -> Vec<Self> {
         let part = |method: &Method| match method {
-            Method::Ekf | Method::Ukf | Method::Recursive => None,
             Method::Bnn | Method::Bnkf => Some(Self::Joint),
             Method::Bnkfe => Some(Self::PerAxis),
-            Method::EkfTuned
-            | Method::UkfTuned
-            | Method::CkfTuned
-            | Method::Imm5
-            | Method::Imm10
-            | Method::Particle
-            | Method::Converted
-            | Method::PopulationMean
-            | Method::ConstantRange
-            | Method::Fused => Some(Self::Tunings),
+            _ => None,
         };
         let mut parts: Vec<Self> = Vec::new();
         for part in methods.iter().filter_map(part) {
@@ -104,12 +103,21 @@ impl Part {
                 parts.push(part);
             }
         }
+        if methods.iter().any(|method| method.is_tuned()) {
+            parts.extend(tuned_on.iter().map(|on| Self::Tunings(*on)));
+        }
         parts
+    }
+
+    /// Whether every fold has its own.
+    pub fn is_of_a_fold(self) -> bool {
+        self != Self::Tunings(TunedOn::Generated)
     }
 
     fn name(self, fold: usize, table: NoiseTable) -> String {
         match self {
-            Self::Tunings => format!("fold-{fold}-{table}.tunings"),
+            Self::Tunings(TunedOn::Generated) => format!("{table}-generated.tunings"),
+            Self::Tunings(on) => format!("fold-{fold}-{table}-{on}.tunings"),
             Self::Joint => format!("fold-{fold}-{table}-bnkf.bnkf"),
             Self::PerAxis => format!("fold-{fold}-{table}-bnkfe.bnkf"),
         }
@@ -130,8 +138,13 @@ impl Task<'_> {
         let name = part.name(self.fold, self.table);
         if work.bytes(&name)?.is_none() {
             match part {
-                Part::Tunings => {
-                    let tunings = Tunings::fit(self.flights, self.radar, &[self.table], self.seed)?;
+                Part::Tunings(on) => {
+                    let flights = self.flights_of(on);
+                    let seed = match on {
+                        TunedOn::Generated => TUNING_SEED,
+                        TunedOn::Recordings | TunedOn::Both => self.seed,
+                    };
+                    let tunings = Tunings::fit(&flights, self.radar, &[self.table], seed)?;
                     work.store(&name, &tunings)?;
                 }
                 Part::Joint => work.keep(&name, &self.train(false, done)?)?,
@@ -148,17 +161,30 @@ impl Task<'_> {
     /// A part is damaged.
     pub fn kit(&self, parts: &[Part], work: &WorkFolder) -> Result<FoldKit, FoldKitError> {
         let mut kit = FoldKit {
-            tunings: None,
+            tunings: Vec::new(),
             models: Vec::new(),
         };
         for part in parts {
             let name = part.name(self.fold, self.table);
             match part {
-                Part::Tunings => kit.tunings = work.load(&name)?,
+                Part::Tunings(on) => kit
+                    .tunings
+                    .extend(work.load(&name)?.map(|tunings| (*on, tunings))),
                 Part::Joint | Part::PerAxis => kit.models.push(Model::read(&work.path_of(&name))?),
             }
         }
         Ok(kit)
+    }
+
+    fn flights_of(&self, on: TunedOn) -> Vec<&Flight> {
+        let generated: Vec<&Flight> = self.generated.iter().collect();
+        match on {
+            TunedOn::Generated => generated,
+            TunedOn::Recordings => self.flights.to_vec(),
+            TunedOn::Both => spread(&generated, FLIGHTS_MAX / 2)
+                .chain(spread(self.flights, FLIGHTS_MAX / 2))
+                .collect(),
+        }
     }
 
     fn train(&self, ensemble: bool, done: &dyn Fn(f64)) -> Result<Vec<u8>, FoldKitError> {
@@ -198,5 +224,84 @@ impl Task<'_> {
             networks: best.map(|best| best.weights.clone()).collect(),
         };
         Ok(model.blob()?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bnkf_model_export::flights::flight::Flight;
+    use bnkf_model_export::flights::generator::{GeneratorSettings, generate};
+    use bnkf_model_export::radar::noise::NoiseTable;
+
+    use super::{FLIGHTS_MAX, Part, Task};
+    use crate::campaign::work_folder::WorkFolder;
+    use crate::contest::tuned_on::TunedOn;
+    use crate::method::Method;
+    use crate::scenario::radar::Radar;
+
+    fn flights(count: usize, seed: u64) -> Vec<Flight> {
+        let settings = GeneratorSettings {
+            flights: count,
+            seed,
+            duration_s: 2.0,
+            ..GeneratorSettings::default()
+        };
+        generate(&settings).unwrap()
+    }
+
+    /// The same filters in every fold, with every seed and beside whatever is evaluated.
+    #[test]
+    fn what_is_tuned_on_generated_flights_depends_on_nothing_else() {
+        let generated = flights(2, 5);
+        let radar = Radar::paper(NoiseTable::Radians);
+        let made = |fold: usize, others: &[Flight], seed: u64, on: TunedOn| {
+            let folder = tempfile::tempdir().unwrap();
+            let work = WorkFolder::open(&folder.path().join("work"), "plan").unwrap();
+            let task = Task {
+                fold,
+                table: NoiseTable::Radians,
+                flights: &others.iter().collect::<Vec<_>>(),
+                generated: &generated,
+                radar: &radar,
+                epochs: 1,
+                seed,
+            };
+            let part = Part::Tunings(on);
+            task.make(part, &work, &|_| {}).unwrap();
+            work.bytes(&part.name(fold, NoiseTable::Radians)).unwrap()
+        };
+        let (some, others) = (flights(1, 6), flights(2, 7));
+        let tuned = made(0, &some, 1, TunedOn::Generated);
+        assert!(tuned.is_some());
+        assert_eq!(tuned, made(3, &others, 2, TunedOn::Generated));
+        assert_ne!(tuned, made(0, &some, 1, TunedOn::Recordings));
+    }
+
+    #[test]
+    fn both_takes_as_many_of_either_and_all_of_the_few() {
+        let (generated, others) = (flights(FLIGHTS_MAX, 5), flights(3, 6));
+        let radar = Radar::paper(NoiseTable::Radians);
+        let others: Vec<&Flight> = others.iter().collect();
+        let task = Task {
+            fold: 0,
+            table: NoiseTable::Radians,
+            flights: &others,
+            generated: &generated,
+            radar: &radar,
+            epochs: 1,
+            seed: 1,
+        };
+        let both = task.flights_of(TunedOn::Both);
+        assert_eq!(both.len(), FLIGHTS_MAX / 2 + 3);
+        assert_eq!(both[FLIGHTS_MAX / 2..], others);
+        assert_eq!(task.flights_of(TunedOn::Generated).len(), FLIGHTS_MAX);
+    }
+
+    #[test]
+    fn parts_are_those_that_methods_need() {
+        let parts = |methods: &[Method]| Part::needed(methods, &TunedOn::ALL);
+        assert_eq!(parts(&[Method::Ekf, Method::Recursive]), []);
+        assert_eq!(parts(&[Method::Bnn, Method::Bnkf]), [Part::Joint]);
+        assert_eq!(parts(&[Method::Imm10]), TunedOn::ALL.map(Part::Tunings));
     }
 }

@@ -7,9 +7,9 @@ use super::fold_kit::FoldKit;
 use super::variation::Variation;
 use super::work_folder::WorkFolder;
 use super::{Campaign, CampaignError, Progress, Watcher};
-use crate::cell::{CellMetrics, ScoredStep};
 use crate::method::Method;
-use crate::radar::Condition;
+use crate::scenario::radar::Condition;
+use crate::scoring::cell::{CellMetrics, ScoredStep};
 
 /// Flights of each world: this part of the campaign's, at least [`FLIGHTS_MIN`].
 const FLIGHTS_PART: usize = 4;
@@ -32,7 +32,7 @@ pub struct VariedCell {
 
 impl Campaign {
     /// Every method in every [`Variation`] at the first and the last sampling rate, with the models
-    /// and tunings of the first fold and flights that no fold has seen.
+    /// of the first fold, filters tuned on generated flights, and flights that no fold has seen.
     ///
     /// # Errors
     /// Flights cannot be generated or a piece cannot be kept.
@@ -91,7 +91,7 @@ impl Campaign {
         let count = (self.runs.first / FLIGHTS_PART).max(FLIGHTS_MIN);
         let flights = variation.flights(&self.scenario, count, self.seed)?;
         let radar = variation.radar(&self.scenario);
-        let roster = self.roster(kit)?;
+        let roster = self.roster(kit, self.tuned_on[0], &self.methods)?;
         let mut steps: Vec<Vec<ScoredStep>> = vec![Vec::new(); self.methods.len()];
         for flight in &flights {
             let readings = radar.readings(flight, condition, self.seed);

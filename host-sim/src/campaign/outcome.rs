@@ -6,11 +6,12 @@ use serde::Serialize;
 use super::cell_summary::{CellSummary, Track};
 use super::comparison::{Comparison, comparisons};
 use super::generalisation::VariedCell;
-use crate::bootstrap::{FlightSum, mean};
+use super::tuning_choice::{Candidate, chosen};
+use crate::campaign::steps_parquet::FlightTracks;
+use crate::contest::runs::Runs;
 use crate::method::Method;
-use crate::radar::Condition;
-use crate::runs::Runs;
-use crate::steps_parquet::FlightTracks;
+use crate::scenario::radar::Condition;
+use crate::scoring::bootstrap::{FlightSum, mean};
 
 /// With fewer recordings than this, the bootstrap draws flights (segments) instead of recordings.
 const RECORDINGS_MIN: usize = 10;
@@ -20,6 +21,8 @@ const RECORDINGS_MIN: usize = 10;
 pub struct Outcome {
     /// One per condition and method.
     pub cells: Vec<CellSummary>,
+    /// Every tuned method with each of its sets of parameters; the cells show the chosen ones.
+    pub candidates: Vec<Candidate>,
     /// Every pair of methods under every condition.
     pub comparisons: Vec<Comparison>,
     /// Every method in every other world.
@@ -66,6 +69,8 @@ pub struct Block<'a> {
     pub clusters: &'a [usize],
     /// The methods in the order of the tracks.
     pub methods: &'a [Method],
+    /// What the tuned methods are shown with.
+    pub candidates: &'a [Candidate],
     /// Number of folds.
     pub folds: usize,
     /// Seed of the bootstrap.
@@ -87,8 +92,9 @@ impl Block<'_> {
             }
             tracks.push((*method, own));
         }
-        let summary = |(method, tracks): &(Method, Vec<Track<'_>>)| {
-            CellSummary::new(*method, self.condition, tracks, self.folds, self.seed)
+        let summary = |(method, tracks): &(Method, Vec<Track<'_>>)| CellSummary {
+            tuned_on: chosen(self.candidates, *method, self.condition),
+            ..CellSummary::new(*method, self.condition, tracks, self.folds, self.seed)
         };
         let cells = tracks.par_iter().map(summary).collect();
         let floors: Option<Vec<FlightSum>> = self.floors.iter().copied().collect();
@@ -124,10 +130,10 @@ pub fn clusters(runs: &Runs) -> (Cluster, Vec<usize>) {
 
 #[cfg(test)]
 mod tests {
-    use bnkf_model_export::flight::Flight;
+    use bnkf_model_export::flights::flight::Flight;
 
     use super::{Cluster, clusters};
-    use crate::runs::Runs;
+    use crate::contest::runs::Runs;
 
     #[test]
     fn few_recordings_are_drawn_by_flight() {

@@ -1,11 +1,11 @@
 //! Worlds that differ from the one that models were fitted to, one thing at a time.
 
-use bnkf_model_export::flight::Flight;
-use bnkf_model_export::generator::{GeneratorError, GeneratorSettings, generate};
+use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::flights::generator::{GeneratorError, GeneratorSettings, generate};
 use bnkf_model_export::seed;
 
-use crate::radar::Radar;
 use crate::scenario::Scenario;
+use crate::scenario::radar::Radar;
 
 /// A world that is like the scenario's but for one thing.
 #[derive(Clone, Debug, PartialEq)]
@@ -118,15 +118,12 @@ impl Variation {
         volume.range_m_min *= self.range;
         volume.range_m_max *= self.range;
         volume.range_m_mean *= self.range;
+        let seed = seed::derive(seed, &[seed::name_id("variation")]);
         let settings = GeneratorSettings {
-            flights: count,
-            seed: seed::derive(seed, &[seed::name_id("variation")]),
-            duration_s: scenario.duration_s,
             rate_hz: self.rate_hz.unwrap_or(scenario.rate_hz),
             speed_scale: scenario.speed_scale * self.speed,
-            size_scale: scenario.size_scale,
-            timing_jitter_s: 0.0,
             volume,
+            ..scenario.generator(count, seed)
         };
         let radar_m = self
             .radar_parts
@@ -154,7 +151,10 @@ mod tests {
     use crate::scenario::Scenario;
 
     /// Mean over samples of a value of a flight's sample.
-    fn mean(variation: &Variation, value: fn(&bnkf_model_export::flight::Sample) -> f64) -> f64 {
+    fn mean(
+        variation: &Variation,
+        value: fn(&bnkf_model_export::flights::flight::Sample) -> f64,
+    ) -> f64 {
         let scenario = Scenario::find(Path::new("paper")).unwrap();
         let flights = variation.flights(&scenario, 8, 1).unwrap();
         let values: Vec<f64> = flights
@@ -183,7 +183,7 @@ mod tests {
 
     #[test]
     fn each_world_differs_in_what_it_says() {
-        let speed = |sample: &bnkf_model_export::flight::Sample| {
+        let speed = |sample: &bnkf_model_export::flights::flight::Sample| {
             sample
                 .velocity_mps
                 .iter()
@@ -191,7 +191,7 @@ mod tests {
                 .sum::<f64>()
                 .sqrt()
         };
-        let range = |sample: &bnkf_model_export::flight::Sample| {
+        let range = |sample: &bnkf_model_export::flights::flight::Sample| {
             sample.position_m.iter().map(|v| v * v).sum::<f64>().sqrt()
         };
         let (same, fast) = (

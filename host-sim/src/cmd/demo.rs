@@ -5,22 +5,25 @@ use std::path::PathBuf;
 
 use bnkf_model_export::atomic_file::{self, AtomicWriteError};
 use bnkf_model_export::command_line::command_line;
-use bnkf_model_export::data_hash;
-use bnkf_model_export::flight::Flight;
-use bnkf_model_export::gaps::SamplingRate;
-use bnkf_model_export::generator::{GeneratorError, GeneratorSettings, generate};
-use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
+use bnkf_model_export::flights::data_hash;
+use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::flights::generator::{GeneratorError, GeneratorSettings, generate};
+use bnkf_model_export::radar::gaps::SamplingRate;
+use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 
-use crate::evaluation::Evaluation;
-use crate::flight_kind::first_of_each;
+use super::progress;
+use crate::contest::default_models;
+use crate::contest::evaluation::Evaluation;
+use crate::contest::example::Example;
+use crate::contest::flight_kind::first_of_each;
+use crate::contest::model::{Model, ModelError};
+use crate::contest::roster::{Roster, RosterError, Supplies};
 use crate::method::Method;
-use crate::model::{Model, ModelError};
 use crate::plot::metrics_figure;
-use crate::plot::trajectory_figure::{self, Example};
-use crate::radar::{Condition, Radar};
-use crate::results_json::{self, ModelProvenance, Provenance, Results};
-use crate::roster::{Roster, RosterError, Supplies};
-use crate::{default_models, progress, table};
+use crate::plot::trajectory_figure;
+use crate::report::results_json::{self, ModelProvenance, Provenance, Results};
+use crate::report::table;
+use crate::scenario::radar::{Condition, Radar};
 
 /// Built-in flights of the main job: as many as half a minute on two cores allows.
 const FLIGHTS: usize = 14;

@@ -5,18 +5,18 @@ use std::path::PathBuf;
 
 use bnkf_model_export::atomic_file::{self, AtomicWriteError};
 use bnkf_model_export::command_line::command_line;
-use bnkf_model_export::flight_set::{FlightSet, FlightSetError, Preparation};
-use bnkf_model_export::generator::GeneratorError;
+use bnkf_model_export::flights::generator::GeneratorError;
+use bnkf_model_export::flights::segment::PAPER_SEGMENT_S;
+use bnkf_model_export::flights::set::{FlightSet, FlightSetError, Preparation};
+use bnkf_model_export::flights::volume::Volume;
 use bnkf_model_export::recursive::committee::{Committee, CommitteeError};
-use bnkf_model_export::segment::PAPER_SEGMENT_S;
-use bnkf_model_export::volume::Volume;
 
+use crate::cmd::progress;
+use crate::contest::model::{Model, ModelError};
 use crate::doubt::entry::Entry;
 use crate::doubt::table::{csv, markdown};
 use crate::doubt::world::World;
 use crate::doubt::{Candidate, Row, study};
-use crate::model::{Model, ModelError};
-use crate::progress;
 
 /// Compares ways of being in doubt about a recursive network's weights, on familiar and on
 /// unfamiliar motion.

@@ -7,24 +7,28 @@ mod recorded;
 use std::path::{Path, PathBuf};
 
 use bnkf_model_export::atomic_file::AtomicWriteError;
-use bnkf_model_export::flight_set::FlightSetError;
-use bnkf_model_export::generator::GeneratorError;
-use bnkf_model_export::noise::NoiseTable;
-use bnkf_model_export::segment::PAPER_SEGMENT_S;
+use bnkf_model_export::flights::generator::GeneratorError;
+use bnkf_model_export::flights::segment::PAPER_SEGMENT_S;
+use bnkf_model_export::flights::set::FlightSetError;
+use bnkf_model_export::radar::noise::NoiseTable;
 
+use crate::baseline::tuning::FLIGHTS_MAX;
 use crate::campaign::CampaignError;
+use crate::campaign::fold_kit::TUNING_SEED;
 use crate::campaign::work_folder::WorkFolderError;
-use crate::fold::FoldError;
+use crate::contest::fold::FoldError;
+use crate::contest::model::ModelError;
+use crate::contest::roster::RosterError;
 use crate::method::Method;
-use crate::model::ModelError;
-use crate::roster::RosterError;
 use crate::scenario::ScenarioError;
 
 /// Scores every method on the same readings, at three noise levels and three sampling rates.
 ///
 /// With --flights alone: the built-in models on recorded flights. With --folds or --quick:
-/// cross-validation, every fold's networks trained and baselines tuned on the other folds'
-/// recordings; interrupted runs continue where they were.
+/// cross-validation, every fold's networks trained on the other folds' recordings; interrupted runs
+/// continue where they were. Filters are tuned on generated flights of another seed; with --flights
+/// also on the other folds' recordings and on both, and each cell shows the best of the three, which
+/// favours the filters (all three: tunings.csv).
 #[derive(Clone, Debug, clap::Args)]
 #[command(group(clap::ArgGroup::new("cross-validation").args(["folds", "quick"]).multiple(true)))]
 pub struct Args {
@@ -79,6 +83,9 @@ pub struct Args {
     /// first time is what trains and tunes, and intervals draw all runs of a flight together
     #[arg(long, value_name = "N", requires = "cross-validation", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub runs: u16,
+    /// How many flights are generated to tune filters on; no other option changes them
+    #[arg(long, value_name = "N", requires = "cross-validation", default_value_t = FLIGHTS_MAX as u16, value_parser = clap::value_parser!(u16).range(2..=FLIGHTS_MAX as i64))]
+    pub tuning_flights: u16,
     /// Training epochs of a cross-validation [default: 200, with --quick 30]
     #[arg(long, value_name = "N", requires = "cross-validation")]
     pub epochs: Option<u32>,
@@ -108,6 +115,9 @@ pub enum EvaluateError {
     /// The scenario cannot be used.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
+    /// Flights to tune on and flights to evaluate would be the same.
+    #[error("seed {TUNING_SEED} generates the flights that filters are tuned on: choose another")]
+    TuningSeed,
     /// The flights cannot be divided.
     #[error(transparent)]
     Folds(#[from] FoldError),

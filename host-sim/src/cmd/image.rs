@@ -6,22 +6,22 @@ use std::time::Duration;
 
 use bnkf::blob::Kind;
 use bnkf::{Correction, Settings, Tracker};
-use bnkf_model_export::flight::Flight;
-use bnkf_model_export::flight_csv::{FlightFileError, read_flight_csv};
-use bnkf_model_export::gaps::SamplingRate;
-use bnkf_model_export::generator::{GeneratorError, GeneratorSettings, generate};
-use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
-use bnkf_model_export::radar_sampling::RadarSettings;
+use bnkf_model_export::flights::csv::{FlightFileError, read_flight_csv};
+use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::flights::generator::{GeneratorError, GeneratorSettings, generate};
+use bnkf_model_export::radar::gaps::SamplingRate;
+use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
+use bnkf_model_export::radar::sampling::RadarSettings;
 
-use crate::default_models;
-use crate::image_build::{ImageBuildError, build_image};
-use crate::image_equality::{Comparison, Difference, EqualityError, compare, record};
-use crate::image_log::{ImageLogError, LogTable};
-use crate::image_report::{figures, grouped};
-use crate::image_session::{ImageSession, SessionError};
-use crate::model::{Model, ModelError};
-use crate::qemu::QemuError;
-use crate::toolchain::{Toolchain, ToolchainChoice, ToolchainError};
+use crate::contest::default_models;
+use crate::contest::model::{Model, ModelError};
+use crate::image::build::{ImageBuildError, build_image};
+use crate::image::equality::{Comparison, Difference, EqualityError, compare, record};
+use crate::image::log::{ImageLogError, LogTable};
+use crate::image::qemu::QemuError;
+use crate::image::report::{figures, grouped};
+use crate::image::session::{ImageSession, SessionError};
+use crate::image::toolchain::{Toolchain, ToolchainChoice, ToolchainError};
 
 /// Longest wait for one answer: the base for a slow machine, and a share for every pass.
 const ANSWER_TIME_BASE: Duration = Duration::from_secs(60);

@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 
 use bnkf_model_export::atomic_file::{self, AtomicWriteError};
 use bnkf_model_export::command_line::command_line;
-use bnkf_model_export::data_hash;
-use bnkf_model_export::flight::Flight;
-use bnkf_model_export::flight_set::{FlightSet, FlightSetError, Preparation};
-use bnkf_model_export::generator::{GeneratorError, GeneratorSettings, generate};
-use bnkf_model_export::segment::PAPER_SEGMENT_S;
-use bnkf_model_export::volume::Volume;
+use bnkf_model_export::flights::data_hash;
+use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::flights::generator::{GeneratorError, GeneratorSettings, generate};
+use bnkf_model_export::flights::segment::PAPER_SEGMENT_S;
+use bnkf_model_export::flights::set::{FlightSet, FlightSetError, Preparation};
+use bnkf_model_export::flights::volume::Volume;
 
-use crate::progress;
+use crate::cmd::progress;
 use crate::replication::entry::entries;
 use crate::replication::page::page;
 use crate::replication::results::{Provenance, Results};

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::str::FromStr;
 
-use crate::model::{Model, ModelError};
+use crate::contest::model::{Model, ModelError};
 
 /// Most Monte Carlo passes of a network.
 const PASSES_MAX: u16 = 100;

@@ -1,7 +1,7 @@
 //! Flights that are like those of the training, and flights that are not.
 
-use bnkf_model_export::flight::{Flight, Sample};
-use bnkf_model_export::generator::{GeneratorError, GeneratorSettings, generate};
+use bnkf_model_export::flights::flight::{Flight, Sample};
+use bnkf_model_export::flights::generator::{GeneratorError, GeneratorSettings, generate};
 use bnkf_model_export::random_source::RandomSource;
 use bnkf_model_export::seed::name_id;
 
@@ -103,7 +103,7 @@ mod tests {
         let jump = |world: &World| {
             let flights = world.flights.iter();
             let pairs = flights.flat_map(|flight| flight.samples.windows(2));
-            let jump = |pair: &[bnkf_model_export::flight::Sample]| {
+            let jump = |pair: &[bnkf_model_export::flights::flight::Sample]| {
                 let between = |i| pair[1].velocity_mps[i] - pair[0].velocity_mps[i];
                 f64::hypot(between(0), between(1))
             };

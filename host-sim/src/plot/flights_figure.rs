@@ -1,6 +1,6 @@
 //! Example flights from above, and how the sampling rates leave gaps in one of them.
 
-use bnkf_model_export::flight::Flight;
+use bnkf_model_export::flights::flight::Flight;
 
 use crate::plot::panel::Panel;
 use crate::plot::scale::Scale;
@@ -100,7 +100,7 @@ fn span_m(flight: &Flight, axis: usize) -> (f64, f64) {
 
 #[cfg(test)]
 mod tests {
-    use bnkf_model_export::flight::Flight;
+    use bnkf_model_export::flights::flight::Flight;
 
     use super::draw;
 

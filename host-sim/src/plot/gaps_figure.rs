@@ -1,14 +1,14 @@
 //! How a sampling rate leaves gaps: the readings of one flight over time, a row per rate.
 
-use bnkf_model_export::flight::Flight;
-use bnkf_model_export::gaps::SamplingRate;
-use bnkf_model_export::reading::Reading;
+use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::radar::gaps::SamplingRate;
+use bnkf_model_export::radar::reading::Reading;
 
+use crate::contest::track::position_of;
 use crate::plot::legend::{self, Mark};
 use crate::plot::panel::Panel;
 use crate::plot::scale::Scale;
 use crate::plot::svg::{INK, Rect, Stroke, Svg};
-use crate::track::position_of;
 
 const LEFT: f64 = 70.0;
 const WIDTH: f64 = 1120.0;
@@ -120,10 +120,10 @@ fn gaps_s(flight: &Flight, readings: &[Option<Reading>]) -> Vec<(f64, f64)> {
 
 #[cfg(test)]
 mod tests {
-    use bnkf_model_export::flight::Flight;
-    use bnkf_model_export::gaps::SamplingRate;
-    use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
-    use bnkf_model_export::radar_sampling::{RadarSettings, sample_radar};
+    use bnkf_model_export::flights::flight::Flight;
+    use bnkf_model_export::radar::gaps::SamplingRate;
+    use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
+    use bnkf_model_export::radar::sampling::{RadarSettings, sample_radar};
 
     use super::{draw, gaps_s};
 

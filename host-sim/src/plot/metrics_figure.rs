@@ -1,15 +1,15 @@
 //! Error, consistency and coverage of every method over noise levels and sampling rates.
 
-use bnkf_model_export::gaps::SamplingRate;
-use bnkf_model_export::noise::NoiseLevel;
+use bnkf_model_export::radar::gaps::SamplingRate;
+use bnkf_model_export::radar::noise::NoiseLevel;
 
-use crate::cell::{Cell, CellMetrics};
 use crate::method::Method;
 use crate::plot::legend::{self, Mark};
 use crate::plot::palette::look;
 use crate::plot::panel::Panel;
 use crate::plot::scale::Scale;
 use crate::plot::svg::{Anchor, FAINT_INK, INK, Lettering, Rect, Stroke, Svg, lettering};
+use crate::scoring::cell::{Cell, CellMetrics};
 
 const WIDTH: f64 = 1120.0;
 const LEFT: f64 = 78.0;
@@ -268,12 +268,12 @@ fn in_order<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
 
 #[cfg(test)]
 mod tests {
-    use bnkf_model_export::gaps::SamplingRate;
-    use bnkf_model_export::noise::NoiseLevel;
+    use bnkf_model_export::radar::gaps::SamplingRate;
+    use bnkf_model_export::radar::noise::NoiseLevel;
 
     use super::draw;
-    use crate::cell::{Cell, CellMetrics};
     use crate::method::Method;
+    use crate::scoring::cell::{Cell, CellMetrics};
 
     fn cells() -> Vec<Cell> {
         let noises = [NoiseLevel::Low, NoiseLevel::Medium, NoiseLevel::High];
@@ -295,6 +295,9 @@ mod tests {
                         coverage90: 0.95 - 0.1 * m as f64,
                         det_p_median_m6: 1.0,
                         diverged: 0,
+                        rejected: 0,
+                        restarted: 0,
+                        not_tracked: 0,
                     };
                     cells.push(Cell {
                         method,

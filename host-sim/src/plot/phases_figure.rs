@@ -1,12 +1,12 @@
 //! The error in the first two seconds, in gaps and elsewhere, apart.
 
 use crate::campaign::cell_summary::CellSummary;
-use crate::phase::Phase;
 use crate::plot::legend::{self, Mark};
 use crate::plot::palette::look;
 use crate::plot::panel::Panel;
 use crate::plot::scale::Scale;
 use crate::plot::svg::{Anchor, FAINT_INK, Lettering, Rect, Stroke, Svg, lettering};
+use crate::scoring::phase::Phase;
 
 const LEFT: f64 = 70.0;
 const PANEL_WIDTH: f64 = 310.0;

@@ -1,12 +1,12 @@
 //! Reliability: how often the truth lies inside ellipsoids that claim a probability.
 
 use crate::campaign::cell_summary::CellSummary;
-use crate::consistency::NOMINAL;
 use crate::plot::legend::{self, Mark};
 use crate::plot::palette::look;
 use crate::plot::panel::Panel;
 use crate::plot::scale::Scale;
 use crate::plot::svg::{FAINT_INK, INK, Lettering, Rect, Stroke, Svg, lettering};
+use crate::scoring::consistency::NOMINAL;
 
 const LEFT: f64 = 70.0;
 const SIDE: f64 = 310.0;

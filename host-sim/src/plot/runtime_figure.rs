@@ -1,10 +1,10 @@
 //! What a step of each method costs, as bars on a logarithmic axis.
 
+use crate::contest::runtime::MethodTime;
 use crate::plot::palette::look;
 use crate::plot::panel::Panel;
 use crate::plot::scale::Scale;
 use crate::plot::svg::{Anchor, Lettering, Rect, Svg, lettering};
-use crate::runtime::MethodTime;
 
 const WIDTH: f64 = 900.0;
 const LEFT: f64 = 120.0;
@@ -68,8 +68,8 @@ fn microseconds(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::draw;
+    use crate::contest::runtime::MethodTime;
     use crate::method::Method;
-    use crate::runtime::MethodTime;
 
     #[test]
     fn every_method_has_a_bar() {

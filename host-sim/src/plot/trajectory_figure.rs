@@ -1,34 +1,16 @@
 //! Example flights: the tracks from above, and every method's error beside what it claimed.
 
-use bnkf_model_export::flight::Flight;
-use bnkf_model_export::gaps::SamplingRate;
-use bnkf_model_export::noise::NoiseLevel;
-use bnkf_model_export::reading::Reading;
+use bnkf_model_export::radar::noise::NoiseLevel;
 use nalgebra::{Matrix3, Vector3};
 
-use crate::chi_square;
-use crate::method::Method;
+use crate::contest::example::Example;
+use crate::contest::track::{TrackStep, position_of};
 use crate::plot::legend::{self, Mark};
 use crate::plot::palette::look;
 use crate::plot::panel::Panel;
 use crate::plot::scale::Scale;
 use crate::plot::svg::{Anchor, FAINT_INK, Lettering, Rect, Stroke, Svg, lettering};
-use crate::track::{TrackStep, position_of};
-
-/// One flight at one noise level, and what every method made of it.
-#[derive(Clone, Debug)]
-pub struct Example<'a> {
-    /// The truth.
-    pub flight: &'a Flight,
-    /// Noise level of the readings.
-    pub noise: NoiseLevel,
-    /// Part of the samples that were measured.
-    pub rate: SamplingRate,
-    /// One entry per sample.
-    pub readings: Vec<Option<Reading>>,
-    /// Every method's steps, from the second sample on.
-    pub tracks: Vec<(Method, Vec<TrackStep>)>,
-}
+use crate::scoring::chi_square;
 
 const LEFT: f64 = 66.0;
 const VIEW: f64 = 270.0;
@@ -276,17 +258,17 @@ fn metres(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use bnkf_model_export::flight::Flight;
-    use bnkf_model_export::gaps::SamplingRate;
-    use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
-    use bnkf_model_export::radar_sampling::{RadarSettings, sample_radar};
+    use bnkf_model_export::flights::flight::Flight;
+    use bnkf_model_export::radar::gaps::SamplingRate;
+    use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
+    use bnkf_model_export::radar::sampling::{RadarSettings, sample_radar};
     use nalgebra::{Matrix3, Vector3};
 
     use super::{Example, claimed_errors_m, draw, gaps_s};
-    use crate::cell::ScoredStep;
+    use crate::contest::track::TrackStep;
     use crate::method::Method;
-    use crate::metrics::StepScore;
-    use crate::track::TrackStep;
+    use crate::scoring::cell::ScoredStep;
+    use crate::scoring::metrics::StepScore;
 
     fn flight() -> Flight {
         let row = |i: i32| {
@@ -298,7 +280,7 @@ mod tests {
 
     /// An estimate half a metre east of the truth.
     fn steps(flight: &Flight, seen: &[bool]) -> Vec<TrackStep> {
-        let step = |(sample, seen): (&bnkf_model_export::flight::Sample, &bool)| {
+        let step = |(sample, seen): (&bnkf_model_export::flights::flight::Sample, &bool)| {
             let truth_m = Vector3::from(sample.position_m);
             let position_m = truth_m + Vector3::x() * 0.5;
             let covariance_m2 = Matrix3::identity() * 0.1;
@@ -308,10 +290,7 @@ mod tests {
                 position_m,
                 covariance_m2,
                 nis: None,
-                scored: ScoredStep {
-                    score,
-                    diverged: false,
-                },
+                scored: ScoredStep::tracked(score),
                 in_gap: !seen,
             }
         };

@@ -1,6 +1,6 @@
 //! The paper's Kalman correction of a network's estimate (Eq. 12-13).
 
-use bnkf_model_export::reading::Reading;
+use bnkf_model_export::radar::reading::Reading;
 use nalgebra::{Cholesky, Matrix3, Matrix6, Vector3, Vector6};
 
 use super::departure::Departure;
@@ -8,7 +8,7 @@ use super::moments::StateMoments;
 use super::pair::line_of_sight_mps;
 use super::recipe::Recipe;
 use crate::baseline::sensor::cartesian_jacobian;
-use crate::track::position_of;
+use crate::contest::track::position_of;
 
 /// Position and its covariance before a correction.
 pub fn uncorrected(moments: &StateMoments) -> (Vector3<f64>, Matrix3<f64>) {
@@ -84,7 +84,7 @@ fn with_range_sigma(
 
 #[cfg(test)]
 mod tests {
-    use bnkf_model_export::reading::Reading;
+    use bnkf_model_export::radar::reading::Reading;
     use nalgebra::{Matrix6, Vector3, Vector6};
 
     use super::{StateMoments, corrected, uncorrected};

@@ -1,12 +1,12 @@
 //! Trains one variational network as the paper or its code does: mean squared error plus a
 //! divergence from the prior, Adam.
 
-use bnkf_model_export::architecture::Architecture;
-use bnkf_model_export::gaussian_weights::GaussianWeights;
-use bnkf_model_export::gradient::{Batch, Gradient};
 use bnkf_model_export::kernel::{AdamStep, Moments, Posterior, Tier, adam};
+use bnkf_model_export::memoryless::gradient::{Batch, Gradient};
+use bnkf_model_export::memoryless::rows::Rows;
+use bnkf_model_export::posterior::architecture::Architecture;
+use bnkf_model_export::posterior::gaussian_weights::GaussianWeights;
 use bnkf_model_export::random_source::RandomSource;
-use bnkf_model_export::rows::Rows;
 use bnkf_model_export::seed;
 
 /// Standard deviation of every weight before training, and of the prior of the published code.
@@ -192,9 +192,9 @@ fn adam_step(steps: u64, progress: f64, kl_weight: f64, prior_sigma: f64) -> Ada
 
 #[cfg(test)]
 mod tests {
-    use bnkf_model_export::architecture::Architecture;
-    use bnkf_model_export::network_f64::NetworkF64;
-    use bnkf_model_export::rows::Rows;
+    use bnkf_model_export::memoryless::rows::Rows;
+    use bnkf_model_export::posterior::architecture::Architecture;
+    use bnkf_model_export::posterior::network_f64::NetworkF64;
 
     use super::{Divergence, INITIAL_SIGMA, Learner, LearnerSettings, train};
 

@@ -1,9 +1,9 @@
 //! Monte Carlo passes of a replica: what its networks say of one pair of readings.
 
-use bnkf_model_export::gaussian_weights::GaussianWeights;
-use bnkf_model_export::gradient::{Batch, Gradient};
 use bnkf_model_export::kernel::Tier;
-use bnkf_model_export::rows::Rows;
+use bnkf_model_export::memoryless::gradient::{Batch, Gradient};
+use bnkf_model_export::memoryless::rows::Rows;
+use bnkf_model_export::posterior::gaussian_weights::GaussianWeights;
 use bnkf_model_export::seed;
 use nalgebra::{Matrix6, Vector6};
 

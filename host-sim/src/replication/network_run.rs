@@ -1,8 +1,8 @@
 //! One training at one noise level, and every use that is made of its networks.
 
-use bnkf_model_export::flight::Flight;
-use bnkf_model_export::gaps::SamplingRate;
-use bnkf_model_export::noise::NoiseLevel;
+use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::radar::gaps::SamplingRate;
+use bnkf_model_export::radar::noise::NoiseLevel;
 use bnkf_model_export::seed;
 use nalgebra::{Matrix3, Vector3};
 
@@ -17,7 +17,7 @@ use super::recipe::Recipe;
 use super::scaling::Scaling;
 use super::study::{Study, StudyError};
 use super::summary::Tally;
-use crate::metrics::StepScore;
+use crate::scoring::metrics::StepScore;
 
 /// Which networks are trained, on what.
 pub(super) struct NetworkRun<'a> {
@@ -204,8 +204,8 @@ fn scored(
 
 #[cfg(test)]
 mod tests {
-    use bnkf_model_export::flight::Flight;
-    use bnkf_model_export::reading::Reading;
+    use bnkf_model_export::flights::flight::Flight;
+    use bnkf_model_export::radar::reading::Reading;
     use nalgebra::{Matrix6, Vector6};
 
     use super::{Departure, Estimator, Recipe, StateMoments, pairs, scored};

@@ -1,10 +1,10 @@
 //! What the replica's radar reports of a flight.
 
-use bnkf_model_export::flight::Flight;
-use bnkf_model_export::gaps::SamplingRate;
-use bnkf_model_export::noise::NoiseLevel;
-use bnkf_model_export::radar_sampling::{RadarSettings, sample_radar};
-use bnkf_model_export::reading::Reading;
+use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::radar::gaps::SamplingRate;
+use bnkf_model_export::radar::noise::NoiseLevel;
+use bnkf_model_export::radar::reading::Reading;
+use bnkf_model_export::radar::sampling::{RadarSettings, sample_radar};
 
 use super::departure::Departure;
 use super::recipe::Recipe;
@@ -36,9 +36,9 @@ fn bin_middle(value: f64, width: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use bnkf_model_export::gaps::SamplingRate;
-    use bnkf_model_export::generator::{GeneratorSettings, generate};
-    use bnkf_model_export::noise::NoiseLevel;
+    use bnkf_model_export::flights::generator::{GeneratorSettings, generate};
+    use bnkf_model_export::radar::gaps::SamplingRate;
+    use bnkf_model_export::radar::noise::NoiseLevel;
 
     use super::{bin_middle, observe};
     use crate::replication::departure::Departure;

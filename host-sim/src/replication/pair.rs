@@ -1,12 +1,12 @@
 //! Two consecutive kept readings and the features that the networks take from them.
 
-use bnkf_model_export::reading::Reading;
+use bnkf_model_export::radar::reading::Reading;
 use nalgebra::Vector3;
 
 use super::departure::Departure;
 use super::recipe::Recipe;
 use crate::baseline::sensor::cartesian;
-use crate::track::position_of;
+use crate::contest::track::position_of;
 
 /// Two readings with nothing but a gap between them, and what is estimated from them.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,7 +86,7 @@ pub fn line_of_sight_mps(reading: &Reading) -> Vector3<f64> {
 mod tests {
     use std::f64::consts::{FRAC_PI_2, FRAC_PI_6};
 
-    use bnkf_model_export::reading::Reading;
+    use bnkf_model_export::radar::reading::Reading;
 
     use super::pairs;
     use crate::replication::departure::Departure;

@@ -1,7 +1,7 @@
 //! What a replica is made by: the paper's text, plus a set of departures from it.
 
-use bnkf_model_export::architecture::{Architecture, ArchitectureError};
-use bnkf_model_export::noise::NoiseTable;
+use bnkf_model_export::posterior::architecture::{Architecture, ArchitectureError};
+use bnkf_model_export::radar::noise::NoiseTable;
 
 use super::departure::Departure;
 

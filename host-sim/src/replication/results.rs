@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::entry::{Entry, Section};
 use super::summary::Summary;
 use crate::csv_text::csv;
-use bnkf_model_export::noise::NoiseLevel;
+use bnkf_model_export::radar::noise::NoiseLevel;
 
 /// What made the numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

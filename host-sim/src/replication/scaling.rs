@@ -1,6 +1,6 @@
 //! The affine maps between physical units and what the networks compute with.
 
-use bnkf_model_export::rows::Rows;
+use bnkf_model_export::memoryless::rows::Rows;
 
 /// Mean and scale of every feature and output of the training rows.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,10 +3,10 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use bnkf_model_export::architecture::ArchitectureError;
-use bnkf_model_export::flight::Flight;
-use bnkf_model_export::gaps::SamplingRate;
-use bnkf_model_export::noise::NoiseLevel;
+use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::posterior::architecture::ArchitectureError;
+use bnkf_model_export::radar::gaps::SamplingRate;
+use bnkf_model_export::radar::noise::NoiseLevel;
 use bnkf_model_export::seed;
 
 use super::departure::Departure;
@@ -23,9 +23,9 @@ use crate::baseline::motion::WhiteAcceleration;
 use crate::baseline::origin::Origin;
 use crate::baseline::prior::{PopulationPrior, PriorError};
 use crate::baseline::sigma_points::Spread;
+use crate::contest::fold::{FoldError, Folds};
+use crate::contest::track::track;
 use crate::filter::Filter;
-use crate::fold::{FoldError, Folds};
-use crate::track::track;
 
 /// Folds that the flights are dealt into; the first is tested, the others train.
 pub const FOLDS: usize = 5;

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::departure::Departure;
 use super::recipe::Recipe;
-use crate::metrics::StepScore;
+use crate::scoring::metrics::StepScore;
 
 /// Limits above which the published code leaves an estimate out: error, D and det P.
 const ERROR_MAX_M: f64 = 1000.0;

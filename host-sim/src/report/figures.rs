@@ -1,8 +1,8 @@
 //! The report's figures with their captions and their places on the page.
 
-use bnkf_model_export::flight::Flight;
-use bnkf_model_export::gaps::SamplingRate;
-use bnkf_model_export::noise::{NoiseLevel, NoiseTable};
+use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::radar::gaps::SamplingRate;
+use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 
 use super::{Material, SHOWN, headline};
 use crate::campaign::Campaign;
@@ -10,13 +10,13 @@ use crate::campaign::cell_summary::CellSummary;
 use crate::campaign::comparison::Comparison;
 use crate::campaign::generalisation::VariedCell;
 use crate::campaign::outcome::Outcome;
-use crate::cell::Cell;
 use crate::method::Method;
 use crate::plot::{
     comparison_figure, flights_figure, gaps_figure, metrics_figure, phases_figure,
     reliability_figure, runtime_figure, trajectory_figure, variation_figure,
 };
-use crate::radar::Condition;
+use crate::scenario::radar::Condition;
+use crate::scoring::cell::Cell;
 
 /// Methods that others are compared with, the first that took part.
 const REFERENCES: [Method; 3] = [Method::EkfTuned, Method::Imm10, Method::Ekf];

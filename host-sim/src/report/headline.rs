@@ -2,15 +2,17 @@
 
 use std::fmt::Write as _;
 
-use bnkf_model_export::noise::NoiseTable;
+use bnkf_model_export::radar::noise::NoiseTable;
 
 use crate::campaign::cell_summary::CellSummary;
 use crate::campaign::outcome::Outcome;
+use crate::campaign::tuning_choice::Candidate;
+use crate::contest::tuned_on::TunedOn;
 use crate::method::Method;
 use crate::plot::palette::look;
 use crate::plot::svg::escaped;
-use crate::radar::Condition;
-use crate::table::number;
+use crate::report::table::number;
+use crate::scenario::radar::Condition;
 
 /// The headline table of one noise table: a row per method, a column per noise level and rate.
 /// Cells carry the number of their entry in `outcome.cells`; the page's script fills in other
@@ -140,6 +142,63 @@ pub fn consistency(cells: &[&CellSummary]) -> String {
         );
     }
     html.push_str("</tbody></table></div>\n");
+    html
+}
+
+/// The methods that lost whole flights, with how many over all conditions.
+pub fn lost(cells: &[CellSummary]) -> String {
+    let mut sums: Vec<(Method, usize)> = Vec::new();
+    for cell in cells.iter().filter(|cell| cell.flights_not_tracked > 0) {
+        match sums.iter_mut().find(|(method, _)| *method == cell.method) {
+            Some((_, sum)) => *sum += cell.flights_not_tracked,
+            None => sums.push((cell.method, cell.flights_not_tracked)),
+        }
+    }
+    if sums.is_empty() {
+        return "none.".to_owned();
+    }
+    let one = |(method, sum): &(Method, usize)| format!("{} {sum}", escaped(method.label()));
+    let all: Vec<String> = sums.iter().map(one).collect();
+    format!("{} (all conditions together).", all.join(", "))
+}
+
+/// Mean ED of the tuned methods with each set of parameters, for the cells of one noise table.
+pub fn tunings(candidates: &[Candidate], table: NoiseTable) -> String {
+    let own: Vec<_> = candidates
+        .iter()
+        .filter(|candidate| candidate.condition.table == table)
+        .collect();
+    let mut html =
+        "<details><summary>Every fit</summary><div class=\"scroll\"><table>\n<thead><tr>\
+                    <th class=\"method\">method</th><th>noise</th><th>rate</th>"
+            .to_owned();
+    for tuned_on in TunedOn::ALL {
+        push(&mut html, format_args!("<th>{tuned_on}, m</th>"));
+    }
+    html.push_str("</tr></thead>\n<tbody>\n");
+    let same = |a: &&Candidate, b: &&Candidate| (a.method, a.condition) == (b.method, b.condition);
+    for row in own.chunk_by(same) {
+        push(
+            &mut html,
+            format_args!(
+                "<tr><th class=\"method\">{}</th><td>{}</td><td>{}</td>",
+                swatched(row[0].method),
+                row[0].condition.noise,
+                row[0].condition.rate,
+            ),
+        );
+        for candidate in row {
+            let best = if candidate.chosen {
+                " class=\"best\""
+            } else {
+                ""
+            };
+            let ed_m = number(candidate.metrics.ed_mean_m);
+            push(&mut html, format_args!("<td{best}>{ed_m}</td>"));
+        }
+        html.push_str("</tr>\n");
+    }
+    html.push_str("</tbody></table></div></details>\n");
     html
 }
 

@@ -3,17 +3,18 @@
   const data = JSON.parse(document.getElementById("data").textContent);
 
   // Headline table: the same cells in another measure.
+  const counts = ["diverged", "rejected", "restarted", "not_tracked"];
   const text = (value, measure) => {
     if (value === null) return "-";
     if (measure === "coverage90") return (100 * value).toFixed(1) + "%";
-    if (measure === "diverged") return String(value);
+    if (counts.includes(measure)) return String(value);
     const size = Math.abs(value);
     if (size !== 0 && (size < 0.01 || size >= 1e4)) return value.toExponential(2);
     return size < 10 ? value.toFixed(3) : value.toFixed(size < 100 ? 2 : 1);
   };
   // How far a value is from the best that it could be.
   const distance = {
-    ed_mean_m: v => v, ed_median_m: v => v, diverged: v => v,
+    ed_mean_m: v => v, ed_median_m: v => v,
     nees_mean: v => Math.abs(Math.log(v / 3)), d_mean: v => Math.abs(Math.log(v / 1.596)),
     coverage90: v => Math.abs(v - 0.9), det_p_median_m6: () => 0,
   };
@@ -28,13 +29,13 @@
       cell.classList.remove("best");
       cell.classList.toggle("tie", measure === "ed_mean_m" && cell.dataset.tie === "1");
       const column = columns.get(cell.dataset.column) || [];
-      if (value !== null) column.push([distance[measure](value), cell]);
+      if (value !== null && measure in distance) column.push([distance[measure](value), cell]);
       columns.set(cell.dataset.column, column);
     }
     for (const cell of document.querySelectorAll("td[data-floor]")) {
       cell.textContent = measure === "ed_mean_m" ? cell.dataset.floor : "";
     }
-    if (measure === "det_p_median_m6" || measure === "diverged") return;
+    if (measure === "det_p_median_m6" || counts.includes(measure)) return;
     for (const column of columns.values()) {
       const best = Math.min(...column.map(([d]) => d));
       for (const [d, cell] of column) if (d === best) cell.classList.add("best");

@@ -3,9 +3,9 @@
 use super::figures::Figure;
 use super::{Material, headline, space};
 use crate::campaign::cell_summary::CellSummary;
-use crate::campaign::outcome::Cluster;
-use crate::campaign::results::CampaignProvenance;
+use crate::campaign::outcome::{Cluster, Outcome};
 use crate::plot::svg::escaped;
+use crate::report::campaign_results::CampaignProvenance;
 
 /// The whole page.
 pub(super) fn page(material: &Material<'_>, figures: &[Figure]) -> String {
@@ -39,6 +39,9 @@ pub(super) fn page(material: &Material<'_>, figures: &[Figure]) -> String {
     fill("lead", &escaped(&lead(material)));
     fill("note", &note(provenance));
     fill("tables", &tables);
+    fill("lost", &headline::lost(&outcome.cells));
+    fill("tuning", &tuning(provenance));
+    fill("tunings", &tunings(outcome, provenance));
     for section in [
         "metrics",
         "trajectory",
@@ -113,6 +116,28 @@ fn note(provenance: &CampaignProvenance) -> String {
     )
 }
 
+fn tuning(provenance: &CampaignProvenance) -> String {
+    let generated = format!(
+        "Filters are tuned on {} generated flights of a seed of their own, in every run the same.",
+        provenance.tuning_flights
+    );
+    if provenance.tuned_on.len() == 1 {
+        return generated;
+    }
+    format!(
+        "{generated} They are also tuned on the recordings that the fold does not test, and on both. Every cell shows \
+         the best of the three, which favours the filters: the choice knows the flights that it is judged by."
+    )
+}
+
+/// Nothing if there was nothing to choose.
+fn tunings(outcome: &Outcome, provenance: &CampaignProvenance) -> String {
+    if provenance.tuned_on.len() == 1 || outcome.candidates.is_empty() {
+        return String::new();
+    }
+    headline::tunings(&outcome.candidates, provenance.noise_tables[0])
+}
+
 fn provenance_list(provenance: &CampaignProvenance) -> String {
     let p = provenance;
     let rows = [
@@ -132,6 +157,13 @@ fn provenance_list(provenance: &CampaignProvenance) -> String {
             } else {
                 p.unplaced.join("; ")
             },
+        ),
+        (
+            "tuning",
+            format!(
+                "{} generated flights (SHA-256 {})",
+                p.tuning_flights, p.tuning_sha256
+            ),
         ),
         (
             "training",

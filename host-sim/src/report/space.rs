@@ -3,11 +3,11 @@
 use serde::Serialize;
 
 use crate::campaign::outcome::Outcome;
-use crate::cell::CellMetrics;
+use crate::contest::example::Example;
+use crate::contest::track::position_of;
 use crate::method::Method;
 use crate::plot::palette::look;
-use crate::plot::trajectory_figure::Example;
-use crate::track::position_of;
+use crate::scoring::cell::CellMetrics;
 
 #[derive(Serialize)]
 struct Data<'a> {

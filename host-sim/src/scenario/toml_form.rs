@@ -2,15 +2,15 @@
 
 use std::ops::{Range, RangeInclusive};
 
-use bnkf_model_export::data_hash;
-use bnkf_model_export::gaps::SamplingRate;
-use bnkf_model_export::noise::{NoiseSigmas, NoiseTable};
-use bnkf_model_export::volume::Volume;
+use bnkf_model_export::flights::data_hash;
+use bnkf_model_export::flights::volume::Volume;
+use bnkf_model_export::radar::gaps::SamplingRate;
+use bnkf_model_export::radar::noise::{NoiseSigmas, NoiseTable};
 use serde::Deserialize;
 use toml::Spanned;
 
 use super::{Scenario, ScenarioError};
-use crate::radar::{Pattern, Radar};
+use crate::scenario::radar::{Pattern, Radar};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

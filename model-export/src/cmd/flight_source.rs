@@ -1,10 +1,10 @@
 //! Which flights a subcommand works on.
 
-use crate::flight::Flight;
-use crate::flight_set::{FlightSet, FlightSetError, Preparation};
-use crate::generator::{GeneratorError, GeneratorSettings, generate};
-use crate::segment::PAPER_SEGMENT_S;
-use crate::volume::Volume;
+use crate::flights::flight::Flight;
+use crate::flights::generator::{GeneratorError, GeneratorSettings, generate};
+use crate::flights::segment::PAPER_SEGMENT_S;
+use crate::flights::set::{FlightSet, FlightSetError, Preparation};
+use crate::flights::volume::Volume;
 use std::path::PathBuf;
 
 /// Flights of a folder, or built-in ones.

@@ -1,7 +1,7 @@
 //! `model-export inspect`: what a blob holds.
 
 use super::blob_file::{self, BlobFileError};
-use crate::blob_description::describe;
+use crate::blob::description::describe;
 use bnkf::blob::Blob;
 use std::io::Write as _;
 use std::path::PathBuf;

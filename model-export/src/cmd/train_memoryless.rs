@@ -2,22 +2,22 @@
 
 use super::train::{Outcome, Run, TrainError};
 use crate::atomic_file;
-use crate::checkpoint;
+use crate::blob::quantise::{layer_errors, quantise};
+use crate::blob::unrounded;
 use crate::command_line::command_line;
-use crate::data_hash;
-use crate::held_out::HeldOut;
+use crate::flights::data_hash;
+use crate::flights::held_out::HeldOut;
 use crate::kernel::Tier;
-use crate::memoryless_model::MemorylessModel;
-use crate::noise::NoiseTable;
-use crate::provenance::{self, Provenance};
-use crate::quantise::{layer_errors, quantise};
-use crate::training::{Control, End, Event, State, Training};
-use crate::training_data::TrainingData;
-use crate::training_progress::TrainingProgress;
-use crate::training_settings::{
+use crate::memoryless::checkpoint;
+use crate::memoryless::model::MemorylessModel;
+use crate::memoryless::provenance::{self, Provenance};
+use crate::memoryless::training::{Control, End, Event, State, Training};
+use crate::memoryless::training_data::TrainingData;
+use crate::memoryless::training_progress::TrainingProgress;
+use crate::memoryless::training_settings::{
     Divergence, ErrorScale, Features, TrainingSettings, TrainingSettingsError,
 };
-use crate::unrounded;
+use crate::radar::noise::NoiseTable;
 use std::io::Write as _;
 use std::time::{Duration, Instant};
 
@@ -302,8 +302,8 @@ fn write(
 #[cfg(test)]
 mod tests {
     use super::few_recordings;
-    use crate::flight::Flight;
-    use crate::held_out::{HeldOut, hold_out};
+    use crate::flights::flight::Flight;
+    use crate::flights::held_out::{HeldOut, hold_out};
 
     /// Forty segments of `recordings` files.
     fn split(recordings: usize) -> HeldOut {

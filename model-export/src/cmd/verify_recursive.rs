@@ -1,8 +1,8 @@
 //! `model-export verify` of a recursive blob: what rounding and single precision cost.
 
 use super::flight_source::{FlightSource, FlightSourceError};
-use crate::gaussian_weights::GaussianWeights;
-use crate::generator::generate;
+use crate::flights::generator::generate;
+use crate::posterior::gaussian_weights::GaussianWeights;
 use crate::recursive::committee::{Committee, CommitteeError, Followed};
 use crate::recursive::comparison::{Comparison, compare, table};
 use crate::recursive::model::RecursiveModel;

@@ -1,8 +1,8 @@
 //! New training flights from generated ones: other sizes, speeds, places, clocks and logs.
 
-use crate::flight::{Flight, Sample};
+use crate::flights::flight::{Flight, Sample};
+use crate::flights::volume::Volume;
 use crate::random_source::RandomSource;
-use crate::volume::Volume;
 use serde::{Deserialize, Serialize};
 
 /// How far flights are changed. Every flight is also turned, mirrored and moved at random.

@@ -2,8 +2,8 @@
 
 use super::carry::CARRY;
 use super::encounter::Encounter;
-use super::lanes::{LANES, Lanes, ZERO};
 use super::step::ARRIVAL;
+use crate::autodiff::lanes::{LANES, Lanes, ZERO};
 
 /// A group's worth of encounters: one a lane, short ones padded with steps of no weight.
 #[derive(Clone, Debug)]

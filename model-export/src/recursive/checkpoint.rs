@@ -5,7 +5,7 @@
 
 use super::network::Network;
 use super::recipe::Recipe;
-use crate::data_hash::of_bytes;
+use crate::flights::data_hash::of_bytes;
 use serde::{Deserialize, Serialize};
 
 const MAGIC: &[u8; 8] = b"BNKFrec1";

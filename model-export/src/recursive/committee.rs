@@ -214,7 +214,7 @@ fn joined(opinions: &[Opinion], base: &Base<f64>, dt_s: f64) -> ([f64; OUTPUTS],
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::generator::{GeneratorSettings, generate};
+    use crate::flights::generator::{GeneratorSettings, generate};
     use crate::recursive::recipe::Recipe;
     use crate::recursive::scenario::Scenario;
     use crate::recursive::training::Training;

@@ -2,7 +2,7 @@
 //! network in the training's filter.
 
 use super::model::RecursiveModel;
-use super::sampling::Sampling;
+use super::network::sampling::Sampling;
 use super::score::Score;
 use super::step_programs::Programs;
 use super::trial::{Cell, TrackerScore};

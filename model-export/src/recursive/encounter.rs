@@ -2,8 +2,8 @@
 
 use super::carry::Carry;
 use super::step::Arrival;
-use crate::flight::Sample;
-use crate::reading::Reading;
+use crate::flights::flight::Sample;
+use crate::radar::reading::Reading;
 use bnkf::recursive::population::Population;
 
 /// What the tracker gets, step by step, and where the drone really was.

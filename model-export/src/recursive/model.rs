@@ -1,11 +1,11 @@
 //! A trained recursive estimator and the blob that holds it.
 
 use super::network::Network;
+use super::network::sampling::Sampling;
 use super::normalisation::Normalisation;
-use super::sampling::Sampling;
-use crate::blob_writer::{self, BlobContents, write_blob};
-use crate::gaussian_weights::GaussianWeights;
-use crate::quantise::{QuantisedLayer, quantise};
+use crate::blob::quantise::{QuantisedLayer, quantise};
+use crate::blob::writer::{self as blob_writer, BlobContents, write_blob};
+use crate::posterior::gaussian_weights::GaussianWeights;
 use bnkf::blob::{Blob, BlobError, FeatureLayout, Kind};
 use bnkf::recursive::features::FEATURES;
 use bnkf::recursive::population::{self, Base, Population};
@@ -114,8 +114,8 @@ fn sampling(weights: &GaussianWeights) -> Sampling {
 mod tests {
     use super::*;
     use crate::kernel::Tier;
-    use crate::recursive::network_shape::OUTPUT_COLUMNS;
-    use crate::recursive::pass::Pass;
+    use crate::recursive::network::pass::Pass;
+    use crate::recursive::network::shape::OUTPUT_COLUMNS;
 
     fn model(sampling: Sampling) -> RecursiveModel {
         RecursiveModel {

@@ -1,15 +1,21 @@
 //! The variational network that schedules the motion model: mean-field Gaussian weights and their
 //! optimiser. Hidden layers end in GELU.
 
-use super::network_gradient::Gradient;
-use super::network_shape::{LAYERS, OFFSETS, PARAMETERS, SHAPES, places};
-use super::sampling::Sampling;
-use super::weights::Weights;
-use crate::architecture::Architecture;
-use crate::gaussian_weights::GaussianWeights;
+pub mod gradient;
+pub mod pass;
+pub mod sampling;
+pub mod shape;
+pub mod weights;
+
 use crate::kernel::{AdamStep, Aligned, Moments, Posterior, Tier, adam};
+use crate::posterior::architecture::Architecture;
+use crate::posterior::gaussian_weights::GaussianWeights;
 use crate::random_source::RandomSource;
 use bnkf::recursive::schedule::OUTPUTS;
+use gradient::Gradient;
+use sampling::Sampling;
+use shape::{LAYERS, OFFSETS, PARAMETERS, SHAPES, places};
+use weights::Weights;
 
 /// Standard deviation of the prior of every weight, zero mean.
 pub const PRIOR_SIGMA: f32 = 0.3;

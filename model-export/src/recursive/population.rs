@@ -2,8 +2,8 @@
 
 use bnkf::recursive::population::Population;
 
-use crate::flight::Flight;
-use crate::radar_sampling::Polar;
+use crate::flights::flight::Flight;
+use crate::radar::polar::Polar;
 
 /// The population that `flights` are a sample of; `None` when there are none.
 pub fn population_of(flights: &[Flight]) -> Option<Population<f64>> {

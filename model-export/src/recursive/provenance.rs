@@ -3,10 +3,11 @@
 use super::comparison::Comparison;
 use super::recipe::Recipe;
 use super::scenario::Scenario;
-use crate::quantise::LayerError;
+use crate::blob::quantise::LayerError;
 use serde::Serialize;
 
-/// The provenance of a recursive model; the file is named by [`crate::provenance::path_beside`].
+/// The provenance of a recursive model; the file is named by
+/// [`crate::memoryless::provenance::path_beside`].
 #[derive(Clone, Debug, Serialize)]
 pub struct Provenance {
     /// The command line.
@@ -15,7 +16,7 @@ pub struct Provenance {
     pub version: &'static str,
     /// Where the flights came from.
     pub data: String,
-    /// SHA-256 of the flights as they were trained on, see [`crate::data_hash::of_flights`].
+    /// SHA-256 of the flights as they were trained on, see [`crate::flights::data_hash::of_flights`].
     pub data_sha256: String,
     /// Flights that were learned from.
     pub training_flights: usize,

@@ -2,12 +2,12 @@
 
 use super::augmentation::Augmentation;
 use super::encounter::Encounter;
-use super::sampling::Sampling;
+use super::network::sampling::Sampling;
 use super::sensor::Sensor;
-use crate::flight::Flight;
+use crate::flights::flight::Flight;
+use crate::flights::volume::Volume;
 use crate::random_source::RandomSource;
 use crate::seed::name_id;
-use crate::volume::Volume;
 use bnkf::recursive::population::Population;
 use serde::{Deserialize, Serialize};
 

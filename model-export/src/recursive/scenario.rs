@@ -2,11 +2,11 @@
 
 use super::recipe::Recipe;
 use super::trial::Cell;
-use crate::flight::Flight;
-use crate::gaps::SamplingRate;
-use crate::generator::GeneratorSettings;
-use crate::noise::{NoiseLevel, NoiseSigmas, NoiseTable};
-use crate::radar_sampling::{RadarSettings, sample_radar};
+use crate::flights::flight::Flight;
+use crate::flights::generator::GeneratorSettings;
+use crate::radar::gaps::SamplingRate;
+use crate::radar::noise::{NoiseLevel, NoiseSigmas, NoiseTable};
+use crate::radar::sampling::{RadarSettings, sample_radar};
 use crate::random_source::RandomSource;
 use crate::seed::name_id;
 use clap::ValueEnum;
@@ -132,7 +132,7 @@ fn scan_cell(flights: &[Flight], angle_deg: f64, stride: usize, seed: u64) -> Ce
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::generator::generate;
+    use crate::flights::generator::generate;
 
     #[test]
     fn every_cell_measures_what_its_name_says() {

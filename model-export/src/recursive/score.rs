@@ -3,10 +3,10 @@
 use super::batch::Batch;
 use super::carry::Carry;
 use super::encounter::Encounter;
-use super::lanes::LANES;
+use super::network::weights::Weights;
 use super::step_programs::Programs;
 use super::unrolled::{LOSS_LIMIT, Unrolled};
-use super::weights::Weights;
+use crate::autodiff::lanes::LANES;
 use bnkf::cholesky::{cholesky, forward_substitute};
 use rayon::prelude::*;
 use serde::Serialize;

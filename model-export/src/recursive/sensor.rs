@@ -1,11 +1,11 @@
 //! The radars that training flights are measured by: any noise, rate and gap phase, and faults.
 
-use crate::flight::Flight;
-use crate::gaps::SamplingRate;
-use crate::noise::{NoiseLevel, NoiseSigmas, NoiseTable};
-use crate::radar_sampling::{RadarSettings, sample_radar};
+use crate::flights::flight::Flight;
+use crate::radar::gaps::SamplingRate;
+use crate::radar::noise::{NoiseLevel, NoiseSigmas, NoiseTable};
+use crate::radar::reading::Reading;
+use crate::radar::sampling::{RadarSettings, sample_radar};
 use crate::random_source::RandomSource;
-use crate::reading::Reading;
 use serde::{Deserialize, Serialize};
 
 /// Kinds of radar, and how often they are at fault.
@@ -178,7 +178,7 @@ fn imagine(reading: &mut Reading, range_m_max: f64, random: &mut RandomSource) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::generator::{GeneratorSettings, generate};
+    use crate::flights::generator::{GeneratorSettings, generate};
 
     fn measured_shares(sensor: &Sensor) -> Vec<f64> {
         let settings = GeneratorSettings {

@@ -2,7 +2,7 @@
 
 use super::carry::{CARRY, Carry, MEASUREMENT, STATE};
 use super::normalisation::Normalisation;
-use super::program::Program;
+use crate::autodiff::program::Program;
 use bnkf::cholesky::{cholesky, forward_substitute};
 use bnkf::measurement::Vectors;
 use bnkf::recursive::correction::{GATE_NIS, correct};
@@ -168,7 +168,7 @@ pub fn feature_program(normalisation: &Normalisation) -> Program {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recursive::lanes::{LANES, Lanes, ZERO};
+    use crate::autodiff::lanes::{LANES, Lanes, ZERO};
     use bnkf::recursive::population::Population;
 
     const SIGMAS: [f64; 4] = [0.01, 0.012, 10.0, 0.1];

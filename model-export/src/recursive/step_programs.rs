@@ -1,8 +1,8 @@
 //! One step of the filter as the two programs that a window repeats: before the network, after it.
 
 use super::normalisation::Normalisation;
-use super::program::Program;
 use super::step::{feature_program, filter_program};
+use crate::autodiff::program::Program;
 use bnkf::recursive::population::Base;
 
 /// The two recorded programs of a step.

@@ -3,10 +3,10 @@
 
 use super::sensor::spoil;
 use super::trial::Trial;
-use crate::flight::{Flight, Sample};
-use crate::gaps::SamplingRate;
-use crate::noise::{NoiseLevel, NoiseTable};
-use crate::radar_sampling::{RadarSettings, sample_radar, time_us};
+use crate::flights::flight::{Flight, Sample};
+use crate::radar::gaps::SamplingRate;
+use crate::radar::noise::{NoiseLevel, NoiseTable};
+use crate::radar::sampling::{RadarSettings, sample_radar, time_us};
 use crate::random_source::RandomSource;
 use crate::seed::name_id;
 use bnkf::blob::Blob;
@@ -347,8 +347,8 @@ mod tests {
     use super::*;
     use crate::recursive::model::RecursiveModel;
     use crate::recursive::network::Network;
+    use crate::recursive::network::sampling::Sampling;
     use crate::recursive::normalisation::Normalisation;
-    use crate::recursive::sampling::Sampling;
     use bnkf::recursive::population::{Base, Population};
 
     #[test]

@@ -3,20 +3,20 @@
 use super::batch::Batch;
 use super::checkpoint::{Checkpoint, CheckpointError};
 use super::encounter::Encounter;
-use super::lanes::LANES;
 use super::model::RecursiveModel;
 use super::network::Network;
-use super::network_gradient::Gradient;
+use super::network::gradient::Gradient;
+use super::network::sampling::Sampling;
 use super::normalisation::Normalisation;
 use super::population::population_of;
 use super::recipe::Recipe;
-use super::sampling::Sampling;
 use super::step::advance;
 use super::step::features_of;
 use super::step_programs::Programs;
 use super::unrolled::{Unrolled, WindowLoss};
-use crate::data_hash::of_flights;
-use crate::flight::Flight;
+use crate::autodiff::lanes::LANES;
+use crate::flights::data_hash::of_flights;
+use crate::flights::flight::Flight;
 use crate::kernel::Tier;
 use crate::seed::{derive, name_id};
 use bnkf::recursive::features::FEATURES;
@@ -300,7 +300,7 @@ fn measure_features(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::generator::{GeneratorSettings, generate};
+    use crate::flights::generator::{GeneratorSettings, generate};
 
     fn recipe() -> Recipe {
         Recipe {

@@ -2,9 +2,9 @@
 
 use super::encounter::Encounter;
 use super::score::Score;
-use crate::flight::{Flight, Sample};
-use crate::radar_sampling::time_us;
-use crate::reading::Reading;
+use crate::flights::flight::{Flight, Sample};
+use crate::radar::reading::Reading;
+use crate::radar::sampling::time_us;
 use bnkf::blob::Blob;
 use bnkf::recursive::population::Population;
 use bnkf::{Correction, Estimate, Measurement, Mode, Settings, StepError, Tracker, TrackerError};
@@ -144,10 +144,10 @@ impl Trial {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::generator::{GeneratorSettings, generate};
+    use crate::flights::generator::{GeneratorSettings, generate};
     use crate::kernel::Tier;
+    use crate::recursive::network::sampling::Sampling;
     use crate::recursive::recipe::Recipe;
-    use crate::recursive::sampling::Sampling;
     use crate::recursive::scenario::Scenario;
     use crate::recursive::training::Training;
 

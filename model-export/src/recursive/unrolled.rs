@@ -4,16 +4,16 @@ use core::ops::Range;
 
 use super::batch::Batch;
 use super::carry::CARRY;
-use super::lanes::{LANES, Lanes, ZERO};
-use super::network_gradient::Gradient;
-use super::network_shape::OUTPUT_COLUMNS;
-use super::pass::Pass;
-use super::program::Workspace;
+use super::network::gradient::Gradient;
+use super::network::pass::Pass;
+use super::network::shape::OUTPUT_COLUMNS;
+use super::network::weights::Weights;
 use super::step::{
     ARRIVAL, DEVIATION, DISTANCE, FEATURE_INPUTS, FILTER_INPUTS, FILTER_OUTPUTS, SURPRISE,
 };
 use super::step_programs::Programs;
-use super::weights::Weights;
+use crate::autodiff::lanes::{LANES, Lanes, ZERO};
+use crate::autodiff::program::Workspace;
 use crate::kernel::Tier;
 use crate::seed::derive;
 use bnkf::recursive::features::FEATURES;

@@ -6,22 +6,24 @@ use std::sync::Mutex;
 use bnkf::blob::Kind;
 use bnkf_model_export::atomic_file;
 use bnkf_model_export::command_line::command_line;
+use bnkf_model_export::flights::data_hash;
 use clap::ValueEnum;
 use indicatif::ProgressBar;
 
 use super::data::Data;
 use super::{Args, EvaluateError, methods_or};
-use crate::campaign::results::{self, CampaignProvenance};
 use crate::campaign::work_folder::WorkFolder;
 use crate::campaign::{Campaign, Progress};
-use crate::cell::Cell;
-use crate::fold::Folds;
+use crate::cmd::progress;
+use crate::contest::fold::Folds;
+use crate::contest::model::Model;
+use crate::contest::{default_models, runtime};
 use crate::method::Method;
-use crate::model::Model;
-use crate::report::{self, Material};
-use crate::results_json::ModelProvenance;
+use crate::report::campaign_results::{self, CampaignProvenance};
+use crate::report::results_json::ModelProvenance;
+use crate::report::{self, Material, table};
 use crate::scenario::Scenario;
-use crate::{default_models, progress, runtime, table};
+use crate::scoring::cell::Cell;
 
 /// Folds, unless --folds says otherwise.
 const FOLDS: usize = 5;
@@ -58,6 +60,8 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
     let campaign = Campaign {
         folds: Folds::new(&data.runs.flights, count, args.seed)?,
         runs: data.runs,
+        to_tune_on: data.to_tune_on,
+        tuned_on: data.tuned_on,
         methods: methods_or(args, &all_methods(&shipped)),
         shipped,
         passes: args.passes,
@@ -95,7 +99,13 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
             table::render(&cells)
         )?;
     }
-    for name in results::write(&args.out, &outcome, &provenance)? {
+    if campaign.tuned_on.len() > 1 && !outcome.candidates.is_empty() {
+        writeln!(
+            stdout,
+            "Tuned filters: the best in each cell of three fits, to generated flights, to the other recordings and to both.\n"
+        )?;
+    }
+    for name in campaign_results::write(&args.out, &outcome, &provenance)? {
         writeln!(stdout, "{}", args.out.join(name).display())?;
     }
     let times = campaign.times(&work)?;
@@ -103,7 +113,7 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
     let json = serde_json::to_vec_pretty(&times).expect("every value has a representation");
     atomic_file::write(&args.out.join("runtime.json"), &json)?;
     atomic_file::write(&args.out.join("runtime.csv"), &runtime::csv(&times))?;
-    let examples = campaign.examples(&work, &report::SHOWN)?;
+    let examples = campaign.examples(&work, &outcome.candidates, &report::SHOWN)?;
     let material = Material {
         campaign: &campaign,
         outcome: &outcome,
@@ -161,6 +171,9 @@ fn provenance(
         unplaced,
         folds: campaign.folds.count,
         quick: args.quick,
+        tuning_flights: campaign.to_tune_on.len(),
+        tuning_sha256: data_hash::of_flights(&campaign.to_tune_on),
+        tuned_on: campaign.tuned_on.clone(),
         epochs: campaign.epochs,
         passes: args.passes,
         shipped: campaign.shipped.iter().map(ModelProvenance::from).collect(),

@@ -2,13 +2,16 @@
 
 use std::path::Path;
 
-use bnkf_model_export::data_hash;
-use bnkf_model_export::flight_set::{FlightSet, FlightSetError, Preparation};
-use bnkf_model_export::generator::{GeneratorSettings, generate};
+use bnkf_model_export::flights::data_hash;
+use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::flights::generator::generate;
+use bnkf_model_export::flights::set::{FlightSet, FlightSetError, Preparation};
 use bnkf_model_export::seed;
 
 use super::{Args, EvaluateError};
-use crate::runs::Runs;
+use crate::campaign::fold_kit::TUNING_SEED;
+use crate::contest::runs::Runs;
+use crate::contest::tuned_on::TunedOn;
 use crate::scenario::Scenario;
 
 /// Flights of a cross-validation.
@@ -19,6 +22,10 @@ pub struct Data {
     pub source: String,
     /// SHA-256 of the flights as they came.
     pub sha256: String,
+    /// Generated flights to tune on, of another seed.
+    pub to_tune_on: Vec<Flight>,
+    /// What filters are tuned on.
+    pub tuned_on: Vec<TunedOn>,
     /// Segments that do not fit into the volume, and why.
     pub unplaced: Vec<String>,
 }
@@ -26,13 +33,25 @@ pub struct Data {
 impl Data {
     /// Recorded flights if `args` name some, else generated ones.
     pub fn of(args: &Args, scenario: &Scenario) -> Result<Self, EvaluateError> {
+        if args.seed == TUNING_SEED {
+            return Err(EvaluateError::TuningSeed);
+        }
+        let to_tune_on = seen(
+            &generate(&scenario.generator(args.tuning_flights.into(), TUNING_SEED))?,
+            args,
+        );
         match &args.flights {
-            Some(path) => Ok(Self::recorded(path, args, scenario)?),
-            None => Self::generated(args, scenario),
+            Some(path) => Ok(Self::recorded(path, args, scenario, to_tune_on)?),
+            None => Self::generated(args, scenario, to_tune_on),
         }
     }
 
-    fn recorded(path: &Path, args: &Args, scenario: &Scenario) -> Result<Self, FlightSetError> {
+    fn recorded(
+        path: &Path,
+        args: &Args,
+        scenario: &Scenario,
+        to_tune_on: Vec<Flight>,
+    ) -> Result<Self, FlightSetError> {
         let (mut runs, mut sha256, mut unplaced) = (Vec::new(), String::new(), Vec::new());
         for run in 0..u64::from(args.runs) {
             let preparation = Preparation {
@@ -60,36 +79,39 @@ impl Data {
             runs: Runs::new(runs),
             source: path.display().to_string(),
             sha256,
+            to_tune_on,
+            tuned_on: TunedOn::ALL.to_vec(),
             unplaced,
         })
     }
 
-    fn generated(args: &Args, scenario: &Scenario) -> Result<Self, EvaluateError> {
-        let settings = GeneratorSettings {
-            flights: if args.quick {
-                scenario.quick_count
-            } else {
-                scenario.count
-            },
-            seed: args.seed,
-            duration_s: scenario.duration_s,
-            rate_hz: scenario.rate_hz,
-            speed_scale: scenario.speed_scale,
-            size_scale: scenario.size_scale,
-            timing_jitter_s: 0.0,
-            volume: scenario.volume,
+    fn generated(
+        args: &Args,
+        scenario: &Scenario,
+        to_tune_on: Vec<Flight>,
+    ) -> Result<Self, EvaluateError> {
+        let count = if args.quick {
+            scenario.quick_count
+        } else {
+            scenario.count
         };
-        let generated = generate(&settings)?;
+        let generated = generate(&scenario.generator(count, args.seed))?;
         let sha256 = data_hash::of_flights(&generated);
-        let segments: Vec<_> = generated
-            .iter()
-            .map(|flight| flight.seen_from(args.radar.0))
-            .collect();
+        let segments = seen(&generated, args);
         Ok(Self {
             runs: Runs::new(vec![segments; usize::from(args.runs)]),
             source: format!("built-in generator, seed {}", args.seed),
             sha256,
+            to_tune_on,
+            // The other folds' flights are generated, too, and fewer.
+            tuned_on: vec![TunedOn::Generated],
             unplaced: Vec::new(),
         })
     }
+}
+
+/// `flights` from where the radar stands.
+fn seen(flights: &[Flight], args: &Args) -> Vec<Flight> {
+    let from = |flight: &Flight| flight.seen_from(args.radar.0);
+    flights.iter().map(from).collect()
 }

@@ -4,17 +4,19 @@ use std::io::Write as _;
 use std::path::Path;
 
 use bnkf_model_export::command_line::command_line;
-use bnkf_model_export::flight_set::{FlightSet, Preparation};
-use bnkf_model_export::volume::Volume;
+use bnkf_model_export::flights::set::{FlightSet, Preparation};
+use bnkf_model_export::flights::volume::Volume;
 
 use super::{Args, EvaluateError, check_folder, methods_or};
-use crate::evaluation::Evaluation;
+use crate::cmd::progress;
+use crate::contest::default_models;
+use crate::contest::evaluation::Evaluation;
+use crate::contest::model::Model;
+use crate::contest::roster::{Roster, Supplies};
 use crate::method::Method;
-use crate::model::Model;
-use crate::radar::Radar;
-use crate::results_json::{self, ModelProvenance, Provenance, Results};
-use crate::roster::{Roster, Supplies};
-use crate::{default_models, progress, table};
+use crate::report::results_json::{self, ModelProvenance, Provenance, Results};
+use crate::report::table;
+use crate::scenario::radar::Radar;
 
 /// Prints the table and writes the JSON file, if one was asked for.
 pub fn run(args: &Args, flights: &Path) -> Result<(), EvaluateError> {

@@ -1,14 +1,14 @@
 //! A window against its slope, its halves and its lost flights.
 
 use super::*;
-use crate::generator::{GeneratorSettings, generate};
+use crate::flights::generator::{GeneratorSettings, generate};
 use crate::recursive::carry::Carry;
 use crate::recursive::network::Network;
-use crate::recursive::network_shape::{LAYERS, PARAMETERS};
+use crate::recursive::network::sampling::Sampling;
+use crate::recursive::network::shape::{LAYERS, PARAMETERS};
 use crate::recursive::normalisation::Normalisation;
 use crate::recursive::population::population_of;
 use crate::recursive::recipe::Recipe;
-use crate::recursive::sampling::Sampling;
 use bnkf::recursive::population::Base;
 
 const STEPS: usize = 25;

@@ -1,0 +1,102 @@
+//! What is kept of one scored step.
+
+use serde::{Deserialize, Serialize};
+
+use crate::contest::track::TrackStep;
+use crate::contest::tuned_on::TunedOn;
+use crate::filter::{Fate, Nis};
+use crate::method::Method;
+use crate::scoring::cell::ScoredStep;
+use crate::scoring::metrics::StepScore;
+use crate::scoring::phase::Phase;
+
+/// One scored step of one method.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StepRecord {
+    /// Seconds since the flight's first sample.
+    pub time_s: f64,
+    /// The radar saw nothing.
+    pub in_gap: bool,
+    /// The estimate was unusable; the scores are those of the last usable one.
+    pub diverged: bool,
+    /// What became of the reading; `None` without one and for methods without a gate.
+    pub fate: Option<Fate>,
+    /// The flight was not tracked; see [`crate::contest::loss`].
+    pub not_tracked: bool,
+    /// Euclidean distance to the truth, metres.
+    pub error_m: f64,
+    /// Squared Mahalanobis distance.
+    pub mahalanobis_squared: f64,
+    /// Determinant of the position covariance, m^6.
+    pub det_p_m6: f64,
+    /// Normalised innovation squared and its degrees of freedom.
+    pub nis: Option<(f64, u8)>,
+}
+
+/// The steps of one method over one flight.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MethodSteps {
+    /// The method.
+    pub method: Method,
+    /// What its parameters were fitted to, if it has any.
+    pub tuned_on: Option<TunedOn>,
+    /// From the second sample on.
+    pub steps: Vec<StepRecord>,
+}
+
+impl MethodSteps {
+    /// Whether these are the steps of `method` with the parameters of `tuned_on`.
+    pub fn is_of(&self, method: Method, tuned_on: Option<TunedOn>) -> bool {
+        (self.method, self.tuned_on) == (method, tuned_on)
+    }
+}
+
+impl From<&TrackStep> for StepRecord {
+    fn from(step: &TrackStep) -> Self {
+        let StepScore {
+            error_m,
+            mahalanobis_squared,
+            det_p_m6,
+        } = step.scored.score;
+        Self {
+            time_s: step.time_s,
+            in_gap: step.in_gap,
+            diverged: step.scored.diverged,
+            fate: step.scored.fate,
+            not_tracked: step.scored.not_tracked,
+            error_m,
+            mahalanobis_squared,
+            det_p_m6,
+            nis: step.nis.map(|nis| (nis.value, nis.degrees as u8)),
+        }
+    }
+}
+
+impl StepRecord {
+    /// Its part in a cell of the table.
+    pub fn scored(&self) -> ScoredStep {
+        ScoredStep {
+            score: StepScore {
+                error_m: self.error_m,
+                mahalanobis_squared: self.mahalanobis_squared,
+                det_p_m6: self.det_p_m6,
+            },
+            diverged: self.diverged,
+            fate: self.fate,
+            not_tracked: self.not_tracked,
+        }
+    }
+
+    /// Its innovation, where the method has one.
+    pub fn nis(&self) -> Option<Nis> {
+        self.nis.map(|(value, degrees)| Nis {
+            value,
+            degrees: usize::from(degrees),
+        })
+    }
+
+    /// Where in its flight it lies.
+    pub fn phase(&self) -> Phase {
+        Phase::of(self.time_s, self.in_gap)
+    }
+}

@@ -1,0 +1,111 @@
+//! A trained blob and where it came from.
+
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+
+use bnkf::blob::{Blob, BlobError};
+use bnkf_model_export::flights::data_hash;
+
+/// A blob that was checked.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// Its path, or `embedded:` and its name.
+    pub source: String,
+    bytes: Cow<'static, [u8]>,
+}
+
+/// Why a blob file cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ModelError {
+    /// The file cannot be read.
+    #[error("{}: cannot read: {cause}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+    /// The bytes are not a blob.
+    #[error("{name}: {cause}")]
+    Blob {
+        /// Where the bytes came from.
+        name: String,
+        /// What is wrong with them.
+        cause: BlobError,
+    },
+}
+
+impl Model {
+    /// Reads and checks a blob file.
+    ///
+    /// # Errors
+    /// The file cannot be read or is not a blob.
+    pub fn read(path: &Path) -> Result<Self, ModelError> {
+        let bytes = std::fs::read(path).map_err(|cause| ModelError::Io {
+            path: path.to_owned(),
+            cause,
+        })?;
+        Self::checked(path.display().to_string(), bytes.into())
+    }
+
+    /// Checks a blob that is part of this program.
+    ///
+    /// # Errors
+    /// The bytes are not a blob.
+    pub fn embedded(name: &str, bytes: &'static [u8]) -> Result<Self, ModelError> {
+        Self::checked(format!("embedded:{name}"), bytes.into())
+    }
+
+    fn checked(source: String, bytes: Cow<'static, [u8]>) -> Result<Self, ModelError> {
+        match Blob::parse(&bytes) {
+            Ok(_) => Ok(Self { source, bytes }),
+            Err(cause) => Err(ModelError::Blob {
+                name: source,
+                cause,
+            }),
+        }
+    }
+
+    /// Its bytes.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// The view over its bytes.
+    ///
+    /// # Panics
+    /// Never: the bytes were checked and cannot change.
+    pub fn blob(&self) -> Blob<'_> {
+        Blob::parse(&self.bytes).expect("the bytes were checked when the model was made")
+    }
+
+    /// SHA-256 of the bytes, as `sha256sum` prints it.
+    pub fn sha256(&self) -> String {
+        data_hash::of_bytes(&self.bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::Model;
+
+    #[test]
+    fn errors_name_the_file() {
+        let missing = Model::read(Path::new("/nowhere/m.bnkf")).unwrap_err();
+        assert!(
+            missing
+                .to_string()
+                .starts_with("/nowhere/m.bnkf: cannot read")
+        );
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("m.bnkf");
+        std::fs::write(&path, b"not a blob").unwrap();
+        let malformed = Model::read(&path).unwrap_err().to_string();
+        assert!(
+            malformed.starts_with(&format!("{}: ", path.display())),
+            "{malformed}"
+        );
+    }
+}

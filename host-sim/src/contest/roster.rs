@@ -1,0 +1,258 @@
+//! Which methods run, and with which models.
+
+use bnkf::blob::{Blob, Kind as BlobKind};
+use bnkf::{Correction as TrackerCorrection, Settings, Tracker, TrackerError};
+use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
+use bnkf_model_export::radar::reading::Reading;
+use bnkf_model_export::seed;
+
+use crate::baseline::correction::Correction;
+use crate::baseline::gated::Gated;
+use crate::baseline::imm::Imm;
+use crate::baseline::kalman::Kalman;
+use crate::baseline::memoryless::{Memoryless, Rule};
+use crate::baseline::rao_blackwell::RaoBlackwell;
+use crate::baseline::sigma_points::Spread;
+use crate::baseline::tuning::Tuning;
+use crate::contest::model::Model;
+use crate::contest::track::{TrackStep, track};
+use crate::contest::tracker_filter::TrackerFilter;
+use crate::contest::tunings::Tunings;
+use crate::filter::Filter;
+use crate::method::Method;
+use crate::scenario::radar::Condition;
+
+/// The methods under test with what they need.
+#[derive(Clone, Debug)]
+pub struct Roster<'a> {
+    entries: Vec<(Method, Recipe<'a>)>,
+}
+
+/// How a filter is made.
+#[derive(Clone, Copy, Debug)]
+enum Recipe<'a> {
+    PaperEkf,
+    PaperUkf,
+    Tracker(Blob<'a>, Settings),
+    Tuned(&'a Tunings, Kind),
+}
+
+/// A filter that needs a tuning.
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    Kalman(Correction),
+    Imm5,
+    Imm10,
+    Particle,
+    Rule(Rule),
+}
+
+/// What methods are made from.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Supplies<'a> {
+    /// Blobs; of several with the same kind and number of networks the last is used.
+    pub models: &'a [Model],
+    /// Monte Carlo passes, if not the models' own number.
+    pub passes: Option<u16>,
+    /// Parameters of the tuned baselines.
+    pub tunings: Option<&'a Tunings>,
+}
+
+/// Why a roster cannot be made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RosterError {
+    /// No model has the kind and the number of networks that the method needs.
+    #[error("method {method}: no {kind:?} model with {networks} network(s) was given")]
+    NoModel {
+        /// The method.
+        method: Method,
+        /// Kind it needs.
+        kind: BlobKind,
+        /// Networks it needs.
+        networks: usize,
+    },
+    /// The settings do not fit the model.
+    #[error("method {method}: {cause}")]
+    Settings {
+        /// The method.
+        method: Method,
+        /// What the tracker said.
+        cause: TrackerError,
+    },
+    /// The method needs training flights.
+    #[error("method {0}: nothing was tuned; it needs --folds")]
+    NoTuning(Method),
+}
+
+impl<'a> Roster<'a> {
+    /// Finds what each of `methods` needs among `supplies`.
+    ///
+    /// # Errors
+    /// A method lacks its model or tuning, or the number of passes is out of range.
+    pub fn new(methods: &[Method], supplies: Supplies<'a>) -> Result<Self, RosterError> {
+        let tracker = |method, kind, networks, correction| {
+            let blobs = supplies.models.iter().rev().map(Model::blob);
+            let found = blobs
+                .into_iter()
+                .find(|blob| blob.kind() == kind && blob.network_count() == networks);
+            let blob = found.ok_or(RosterError::NoModel {
+                method,
+                kind,
+                networks,
+            })?;
+            let own = Settings::of(&blob);
+            let passes = supplies.passes.unwrap_or(own.passes);
+            let settings = Settings {
+                correction,
+                passes,
+                ..own
+            };
+            Tracker::new(blob, settings)
+                .map_err(|cause| RosterError::Settings { method, cause })?;
+            Ok(Recipe::Tracker(blob, settings))
+        };
+        let memoryless = |method, networks, correction| {
+            tracker(method, BlobKind::Memoryless, networks, correction)
+        };
+        let tuned = |method, kind| {
+            let tunings = supplies.tunings.ok_or(RosterError::NoTuning(method))?;
+            Ok(Recipe::Tuned(tunings, kind))
+        };
+        let recipe = |method| match method {
+            Method::Ekf => Ok(Recipe::PaperEkf),
+            Method::Ukf => Ok(Recipe::PaperUkf),
+            Method::Bnn => memoryless(method, 1, TrackerCorrection::None),
+            Method::Bnkf => memoryless(method, 1, TrackerCorrection::Converted),
+            Method::Bnkfe => memoryless(method, 3, TrackerCorrection::Converted),
+            Method::Recursive => tracker(method, BlobKind::Recursive, 1, TrackerCorrection::Polar),
+            Method::EkfTuned => tuned(method, Kind::Kalman(Correction::Extended)),
+            Method::UkfTuned => tuned(method, Kind::Kalman(Correction::SigmaPoints(Spread::UNIT))),
+            Method::CkfTuned => tuned(
+                method,
+                Kind::Kalman(Correction::SigmaPoints(Spread::CUBATURE)),
+            ),
+            Method::Imm5 => tuned(method, Kind::Imm5),
+            Method::Imm10 => tuned(method, Kind::Imm10),
+            Method::Particle => tuned(method, Kind::Particle),
+            Method::Converted => tuned(method, Kind::Rule(Rule::Converted)),
+            Method::PopulationMean => tuned(method, Kind::Rule(Rule::PopulationMean)),
+            Method::ConstantRange => tuned(method, Kind::Rule(Rule::ConstantRange)),
+            Method::Fused => tuned(method, Kind::Rule(Rule::Fused)),
+        };
+        let entries = methods.iter().map(|method| Ok((*method, recipe(*method)?)));
+        Ok(Self {
+            entries: entries.collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// The methods in their order.
+    pub fn methods(&self) -> impl Iterator<Item = Method> {
+        self.entries.iter().map(|(method, _)| *method)
+    }
+
+    /// Every method over one flight. Depends on nothing but the flight, its readings, the condition
+    /// and the seed, so neither order nor threads show in the results.
+    pub fn tracks(
+        &self,
+        flight: &Flight,
+        readings: &[Option<Reading>],
+        condition: Condition,
+        seed: u64,
+    ) -> Vec<(Method, Vec<TrackStep>)> {
+        let ids = [
+            seed::name_id("tracker"),
+            seed::name_id(&flight.name),
+            condition.table as u64,
+            condition.noise as u64,
+            condition.rate.get().to_bits(),
+        ];
+        let filters = self.filters(condition, seed::derive(seed, &ids));
+        filters
+            .into_iter()
+            .map(|(method, mut filter)| (method, track(filter.as_mut(), flight, readings)))
+            .collect()
+    }
+
+    /// Fresh filters for `condition`, one per method; `seed` starts the random streams of those
+    /// that draw.
+    ///
+    /// # Panics
+    /// If a tuned method was not tuned for the condition's noise.
+    pub fn filters(&self, condition: Condition, seed: u64) -> Vec<(Method, Box<dyn Filter + 'a>)> {
+        let filter = |recipe: &Recipe<'a>| -> Box<dyn Filter + 'a> {
+            match *recipe {
+                Recipe::PaperEkf => Box::new(Kalman::paper_ekf()),
+                Recipe::PaperUkf => Box::new(Kalman::paper_ukf()),
+                Recipe::Tracker(blob, settings) => {
+                    let settings = Settings { seed, ..settings };
+                    Box::new(TrackerFilter::new(blob, settings).expect("checked in Roster::new"))
+                }
+                Recipe::Tuned(tunings, kind) => {
+                    kind.filter(tuning(tunings, condition.table, condition.noise), seed)
+                }
+            }
+        };
+        self.entries
+            .iter()
+            .map(|(method, recipe)| (*method, filter(recipe)))
+            .collect()
+    }
+}
+
+fn tuning(tunings: &Tunings, table: NoiseTable, noise: NoiseLevel) -> &Tuning {
+    tunings
+        .find(table, noise)
+        .expect("tuned for every condition that is evaluated")
+}
+
+impl Kind {
+    fn filter(self, tuning: &Tuning, seed: u64) -> Box<dyn Filter> {
+        match self {
+            Self::Kalman(correction) => Box::new(Gated::new(tuning.kalman(correction))),
+            Self::Imm5 => Box::new(Gated::new(tuning.imm_five())),
+            Self::Imm10 => Box::new(Gated::new(Imm::wide(tuning.origin()))),
+            Self::Particle => {
+                let particles = RaoBlackwell::new(tuning.singer, tuning.prior, seed);
+                Box::new(Gated::new(particles))
+            }
+            Self::Rule(rule) => Box::new(Memoryless::new(rule, tuning.prior)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bnkf_model_export::radar::gaps::SamplingRate;
+    use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
+
+    use super::{BlobKind, Roster, RosterError, Supplies};
+    use crate::method::Method;
+    use crate::scenario::radar::Condition;
+
+    #[test]
+    fn a_method_without_its_supplies_is_named() {
+        let error = Roster::new(&Method::PAPER, Supplies::default()).unwrap_err();
+        assert_eq!(
+            error,
+            RosterError::NoModel {
+                method: Method::Bnn,
+                kind: BlobKind::Memoryless,
+                networks: 1
+            }
+        );
+        let error = Roster::new(&[Method::Imm5], Supplies::default()).unwrap_err();
+        assert_eq!(error, RosterError::NoTuning(Method::Imm5));
+        let roster = Roster::new(&[Method::Ukf, Method::Ekf], Supplies::default()).unwrap();
+        assert_eq!(
+            roster.methods().collect::<Vec<_>>(),
+            [Method::Ukf, Method::Ekf]
+        );
+        let condition = Condition {
+            table: NoiseTable::Radians,
+            noise: NoiseLevel::Low,
+            rate: SamplingRate::FULL,
+        };
+        assert_eq!(roster.filters(condition, 1).len(), 2);
+    }
+}

@@ -1,0 +1,9 @@
+//! The image for the microcontroller: built, run in QEMU, and compared with the host.
+
+pub mod build;
+pub mod equality;
+pub mod log;
+pub mod qemu;
+pub mod report;
+pub mod session;
+pub mod toolchain;

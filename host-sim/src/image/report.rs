@@ -1,0 +1,105 @@
+//! What a run of the image is worth knowing: equality, memory, instructions.
+
+use bnkf::protocol::{BudgetFrame, Ready};
+
+use crate::image::equality::{Comparison, Spread};
+
+/// Equality, memory and instructions as lines of text. The image ran with `passes`.
+pub fn figures(
+    comparison: &Comparison,
+    ready: &Ready,
+    budget: &BudgetFrame,
+    passes: u16,
+) -> String {
+    let mut text = format!(
+        "{} of {} estimates identical",
+        comparison.identical, comparison.steps
+    );
+    if comparison.refused > 0 {
+        text += &format!(" ({} of them refused alike)", comparison.refused);
+    }
+    text += &format!(
+        "\nflash         {} bytes, {} of them the blob\n\
+         RAM           {} bytes: {} static, {} of stack at its deepest\n",
+        grouped(budget.flash_bytes as usize),
+        grouped(ready.blob_bytes as usize),
+        grouped((budget.ram_static_bytes + budget.stack_bytes_max) as usize),
+        grouped(budget.ram_static_bytes as usize),
+        grouped(budget.stack_bytes_max as usize),
+    );
+    let rows = [
+        (format!("with {passes} passes"), &comparison.ticks_measured),
+        ("in a gap".to_owned(), &comparison.ticks_coasted),
+    ];
+    for (what, ticks) in rows {
+        if let Some(spread) = Spread::of(ticks) {
+            text += &format!(
+                "instructions  per estimate {what}: min {}, median {}, max {}\n",
+                grouped(spread.min as usize),
+                grouped(spread.median as usize),
+                grouped(spread.max as usize),
+            );
+        }
+    }
+    text
+}
+
+/// A number with its thousands apart.
+pub fn grouped(number: usize) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thousands_are_apart() {
+        let cases = [
+            (0, "0"),
+            (999, "999"),
+            (1000, "1,000"),
+            (1_234_567, "1,234,567"),
+        ];
+        for (number, text) in cases {
+            assert_eq!(grouped(number), text);
+        }
+    }
+
+    #[test]
+    fn figures_are_complete() {
+        let comparison = Comparison {
+            steps: 4,
+            identical: 3,
+            refused: 1,
+            first_difference: None,
+            ticks_measured: vec![2000, 1000],
+            ticks_coasted: vec![],
+        };
+        let ready = Ready {
+            protocol_version: 1,
+            blob_bytes: 1740,
+            blob_crc: 0,
+        };
+        let budget = BudgetFrame {
+            flash_bytes: 60_000,
+            ram_static_bytes: 3000,
+            stack_bytes_max: 2500,
+            stack_bytes_limit: 100_000,
+        };
+        let expected = "\
+            3 of 4 estimates identical (1 of them refused alike)\n\
+            flash         60,000 bytes, 1,740 of them the blob\n\
+            RAM           5,500 bytes: 3,000 static, 2,500 of stack at its deepest\n\
+            instructions  per estimate with 8 passes: min 1,000, median 1,000, max 2,000\n";
+        assert_eq!(figures(&comparison, &ready, &budget, 8), expected);
+    }
+}

@@ -1,0 +1,9 @@
+//! What an estimate is worth beside the truth, and how sure that is.
+
+pub mod bootstrap;
+pub mod cell;
+pub mod chi_square;
+pub mod consistency;
+pub mod metrics;
+pub mod paired;
+pub mod phase;

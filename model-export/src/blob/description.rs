@@ -1,0 +1,225 @@
+//! A blob in words and tables, for people.
+
+use crate::flights::data_hash;
+use bnkf::blob::{Blob, FeatureLayout, Kind, LayerView, NetworkView, field};
+
+const POLAR: [(&str, &str); 13] = [
+    ("previous range", "m"),
+    ("previous elevation", "rad"),
+    ("previous azimuth", "rad"),
+    ("previous range-rate", "m/s"),
+    ("range", "m"),
+    ("elevation", "rad"),
+    ("azimuth", "rad"),
+    ("range-rate", "m/s"),
+    ("sigma range", "m"),
+    ("sigma elevation", "rad"),
+    ("sigma azimuth", "rad"),
+    ("sigma range-rate", "m/s"),
+    ("time between", "s"),
+];
+
+/// Everything that the blob in `bytes` says: header, units, normalisation, layers, sizes and the
+/// distribution of the standard deviations. `blob` is the view over `bytes`.
+#[must_use]
+pub fn describe(bytes: &[u8], blob: &Blob<'_>) -> String {
+    let mut text = header(bytes, blob);
+    text += &normalisation(blob);
+    for (index, network) in blob.networks().enumerate() {
+        text += &layers(index, network);
+    }
+    text + &histogram(blob)
+}
+
+fn header(bytes: &[u8], blob: &Blob<'_>) -> String {
+    let kind = match (blob.kind(), blob.network_count()) {
+        (Kind::Memoryless, 1) => "memoryless, one network for three axes (BNN, BNKF)",
+        (Kind::Memoryless, _) => "memoryless, one network for each axis (BNKFe)",
+        (Kind::Recursive, _) => "recursive",
+    };
+    let features = match blob.features() {
+        FeatureLayout::Polar12 => "polar-12",
+        FeatureLayout::Polar13 => "polar-13",
+        FeatureLayout::Recursive64 => "recursive-64",
+    };
+    let parameters: Vec<String> = blob
+        .parameters()
+        .iter()
+        .map(|p| format!("{p:.4}"))
+        .collect();
+    format!(
+        "format      version {}, {} bytes\n\
+         CRC-32      {:08x}\n\
+         SHA-256     {}\n\
+         kind        {kind}\n\
+         features    {features} ({} inputs)\n\
+         units       m, s, rad, m/s\n\
+         passes      {}\n\
+         parameters  {} (velocity sigma m/s, acceleration sigma m/s^2{})\n",
+        field::FORMAT_VERSION,
+        bytes.len(),
+        blob.checksum(),
+        data_hash::of_bytes(bytes),
+        blob.features().len(),
+        blob.passes(),
+        parameters.join(", "),
+        if parameters.len() > 2 {
+            ", then as in BLOB.md"
+        } else {
+            ""
+        },
+    )
+}
+
+fn normalisation(blob: &Blob<'_>) -> String {
+    let mut text = format!("\n{:<22}{:>12}{:>12}\n", "input", "mean", "scale");
+    let inputs = blob.input_normalisation();
+    for index in 0..inputs.len() / 2 {
+        let logarithms = blob.features() == FeatureLayout::Polar13 && (8..12).contains(&index);
+        let name = match POLAR.get(index) {
+            Some((name, unit)) if blob.kind() == Kind::Memoryless => {
+                let ln = if logarithms { "ln " } else { "" };
+                format!("{ln}{name}, {unit}")
+            }
+            _ => format!("input {index}"),
+        };
+        let (mean, scale) = (inputs.get(2 * index), 1.0 / inputs.get(2 * index + 1));
+        row(&mut text, &format!("{name:<22}{mean:>12.5}{scale:>12.5}"));
+    }
+    row(
+        &mut text,
+        &format!("\n{:<22}{:>12}{:>12}", "output", "mean", "scale"),
+    );
+    let outputs = blob.output_normalisation();
+    for index in 0..outputs.len() / 2 {
+        let name = match ["x, m", "y, m", "z, m"].get(index) {
+            Some(name) if blob.kind() == Kind::Memoryless => (*name).to_owned(),
+            _ => format!("output {index}"),
+        };
+        let (mean, scale) = (outputs.get(2 * index), outputs.get(2 * index + 1));
+        row(&mut text, &format!("{name:<22}{mean:>12.5}{scale:>12.5}"));
+    }
+    text
+}
+
+fn layers(index: usize, network: NetworkView<'_>) -> String {
+    let mut text = format!(
+        "\nnetwork {index}\n{:>5}{:>9}{:>8}{:>12}{:>14}{:>14}{:>14}{:>9}\n",
+        "layer", "shape", "bytes", "mean max", "sigma min", "sigma median", "sigma max", "zeros"
+    );
+    for number in 0..network.layers() {
+        let layer = network.layer(number);
+        let (mut sigmas, mut largest, mut zeros) = (Vec::new(), 0.0_f32, 0_usize);
+        for_each_weight(&layer, |mean, variance| {
+            largest = largest.max(mean.abs());
+            if variance > 0.0 {
+                sigmas.push(variance.sqrt());
+            } else {
+                zeros += 1;
+            }
+        });
+        sigmas.sort_by(f32::total_cmp);
+        let sigma = |at: usize| sigmas.get(at).copied().unwrap_or(0.0);
+        let (low, middle, high) = (
+            sigma(0),
+            sigma(sigmas.len() / 2),
+            sigma(sigmas.len().saturating_sub(1)),
+        );
+        let shape = format!("{}x{}", layer.outputs, layer.inputs);
+        let bytes = field::layer_len(layer.inputs, layer.outputs);
+        row(
+            &mut text,
+            &format!(
+                "{number:>5}{shape:>9}{bytes:>8}{largest:>12.5}{low:>14.6}{middle:>14.6}{high:>14.6}{zeros:>9}"
+            ),
+        );
+    }
+    text
+}
+
+/// Weights per octave of their standard deviation.
+fn histogram(blob: &Blob<'_>) -> String {
+    let mut counts = std::collections::BTreeMap::<i32, usize>::new();
+    let mut total = 0_usize;
+    for network in blob.networks() {
+        for number in 0..network.layers() {
+            for_each_weight(&network.layer(number), |_, variance| {
+                total += 1;
+                if variance > 0.0 {
+                    *counts
+                        .entry(variance.sqrt().log2().floor() as i32)
+                        .or_default() += 1;
+                }
+            });
+        }
+    }
+    let mut text = format!("\nsigma of {total} weights\n");
+    let most = counts.values().copied().max().unwrap_or(1);
+    for (octave, count) in counts {
+        let low = f64::from(octave).exp2();
+        let bar = "#".repeat((40 * count).div_ceil(most));
+        row(
+            &mut text,
+            &format!("{low:>10.6} to {:>10.6}{count:>8}  {bar}", 2.0 * low),
+        );
+    }
+    text
+}
+
+fn for_each_weight(layer: &LayerView<'_>, mut each: impl FnMut(f32, f32)) {
+    for output in 0..layer.outputs {
+        for input in 0..layer.inputs {
+            each(layer.mean(output, input), layer.variance(output, input));
+        }
+    }
+}
+
+fn row(text: &mut String, line: &str) {
+    text.push_str(line.trim_end());
+    text.push('\n');
+}
+
+#[cfg(test)]
+mod tests {
+    use super::describe;
+    use bnkf::blob::Blob;
+
+    #[test]
+    fn every_part_of_a_blob_shows() {
+        let bytes = include_bytes!("../../../tests/golden/tiny_bnkfe.bnkf");
+        let text = describe(bytes, &Blob::parse(bytes).unwrap());
+        for part in [
+            &format!("{} bytes", bytes.len()),
+            "memoryless, one network for each axis (BNKFe)",
+            "polar-13 (13 inputs)",
+            "ln sigma azimuth, rad",
+            "\ny, m ",
+            "\nnetwork 2\n",
+        ] {
+            assert!(text.contains(part), "{part} is missing in:\n{text}");
+        }
+        let weights: usize = text
+            .lines()
+            .filter(|line| line.contains(" to "))
+            .map(|line| {
+                line.split_whitespace()
+                    .nth(3)
+                    .unwrap()
+                    .parse::<usize>()
+                    .unwrap()
+            })
+            .sum();
+        let zeros: usize = text
+            .lines()
+            .filter(|line| line.matches('x').count() == 1 && line.starts_with("    "))
+            .filter_map(|line| line.split_whitespace().last()?.parse::<usize>().ok())
+            .sum();
+        let total: usize = text
+            .lines()
+            .find_map(|line| line.strip_prefix("sigma of ")?.strip_suffix(" weights"))
+            .unwrap()
+            .parse()
+            .unwrap();
+        assert_eq!(weights + zeros, total);
+    }
+}

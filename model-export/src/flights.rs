@@ -1,0 +1,16 @@
+//! Flights: read from files or generated, cut into segments, placed around the radar, and divided into
+//! those to learn from and those held out.
+
+pub mod csv;
+pub mod data_hash;
+pub mod flight;
+pub mod folder;
+pub mod generator;
+pub mod held_out;
+pub mod placement;
+pub mod rigid_move;
+pub mod segment;
+pub mod set;
+pub mod statistics;
+pub mod track_error;
+pub mod volume;

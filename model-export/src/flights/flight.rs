@@ -1,0 +1,184 @@
+//! A flight: where a drone was, and how fast, at increasing instants.
+//!
+//! Frame: x east, y north, z up, metres, radar at the origin. Nothing here panics.
+
+use crate::flights::track_error::check_track;
+pub use crate::flights::track_error::{SAMPLES_MIN, SampleField, TrackError};
+
+/// Position and velocity of the drone at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Seconds since the first sample of the flight.
+    pub time_s: f64,
+    /// Position [x, y, z], metres.
+    pub position_m: [f64; 3],
+    /// Velocity [x, y, z], metres per second.
+    pub velocity_mps: [f64; 3],
+}
+
+/// A recorded or generated flight.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Flight {
+    /// Unique name; random streams are derived from it.
+    pub name: String,
+    /// The recording it was cut from (a file name, or the name of a generated flight). Segments of
+    /// one source belong in the same fold.
+    pub source: String,
+    /// At least [`SAMPLES_MIN`], with increasing time.
+    pub samples: Vec<Sample>,
+}
+
+impl Flight {
+    /// A flight from `[time_s, x_m, y_m, z_m]` rows; the first time becomes zero.
+    ///
+    /// Velocity is the derivative of the parabola through a sample and its two neighbours (the
+    /// central difference where sampling is even), one-sided at both ends.
+    ///
+    /// # Errors
+    /// The first row that is not usable, or too few rows.
+    pub fn from_track(name: &str, source: &str, rows: &[[f64; 4]]) -> Result<Self, TrackError> {
+        check_track(rows)?;
+        let start_s = rows[0][0];
+        let samples = (0..rows.len())
+            .map(|i| Sample {
+                time_s: rows[i][0] - start_s,
+                position_m: [rows[i][1], rows[i][2], rows[i][3]],
+                velocity_mps: velocity_mps(rows, i),
+            })
+            .collect();
+        Ok(Self {
+            name: name.to_owned(),
+            source: source.to_owned(),
+            samples,
+        })
+    }
+
+    /// Time from the first to the last sample, seconds.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        match (self.samples.first(), self.samples.last()) {
+            (Some(first), Some(last)) => last.time_s - first.time_s,
+            _ => 0.0,
+        }
+    }
+
+    /// Median time between neighbouring samples, seconds; 0 for fewer than two samples.
+    #[must_use]
+    pub fn median_step_s(&self) -> f64 {
+        let mut steps_s: Vec<f64> = self
+            .samples
+            .windows(2)
+            .map(|pair| pair[1].time_s - pair[0].time_s)
+            .collect();
+        if steps_s.is_empty() {
+            return 0.0;
+        }
+        let middle = steps_s.len() / 2;
+        *steps_s.select_nth_unstable_by(middle, f64::total_cmp).1
+    }
+
+    /// The same flight seen by a radar at `radar_m` instead of the origin (axes stay parallel).
+    #[must_use]
+    pub fn seen_from(&self, radar_m: [f64; 3]) -> Self {
+        let mut moved = self.clone();
+        for sample in &mut moved.samples {
+            for axis in 0..3 {
+                sample.position_m[axis] -= radar_m[axis];
+            }
+        }
+        moved
+    }
+}
+
+/// Velocity at row `i` of a checked track, metres per second.
+fn velocity_mps(rows: &[[f64; 4]], i: usize) -> [f64; 3] {
+    let slope = |from: usize, axis: usize| {
+        (rows[from + 1][axis] - rows[from][axis]) / (rows[from + 1][0] - rows[from][0])
+    };
+    std::array::from_fn(|k| {
+        let axis = k + 1;
+        if i == 0 {
+            slope(0, axis)
+        } else if i + 1 == rows.len() {
+            slope(i - 1, axis)
+        } else {
+            let before_s = rows[i][0] - rows[i - 1][0];
+            let after_s = rows[i + 1][0] - rows[i][0];
+            (after_s * slope(i - 1, axis) + before_s * slope(i, axis)) / (before_s + after_s)
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Flight;
+    use crate::flights::track_error::COORDINATE_M_MAX;
+    use proptest::prelude::*;
+
+    #[test]
+    fn velocity_of_a_parabola_is_exact_inside_with_uneven_steps() {
+        // x = 3 t^2, so vx = 6 t; y = -2 t, so vy = -2.
+        let rows: Vec<[f64; 4]> = [100.0, 100.1, 100.35, 100.4, 101.0]
+            .iter()
+            .map(|t: &f64| [*t, 3.0 * (t - 100.0).powi(2), -2.0 * t, 7.0])
+            .collect();
+        let flight = Flight::from_track("f", "f", &rows).unwrap();
+        assert_eq!(flight.samples[0].time_s, 0.0);
+        assert!((flight.duration_s() - 1.0).abs() < 1e-9);
+        for sample in &flight.samples[1..4] {
+            assert!((sample.velocity_mps[0] - 6.0 * sample.time_s).abs() < 1e-9);
+        }
+        for sample in &flight.samples {
+            assert!((sample.velocity_mps[1] + 2.0).abs() < 1e-9);
+            assert_eq!(sample.velocity_mps[2], 0.0);
+        }
+        // One-sided ends: the slope of the first and the last interval.
+        assert!((flight.samples[0].velocity_mps[0] - 0.3).abs() < 1e-9);
+        assert!((flight.samples[4].velocity_mps[0] - 4.2).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_moved_radar_shifts_positions_only() {
+        let rows = [
+            [0.0, 1.0, 2.0, 3.0],
+            [1.0, 2.0, 2.0, 3.0],
+            [2.0, 3.0, 2.0, 3.0],
+        ];
+        let flight = Flight::from_track("f", "f", &rows).unwrap();
+        let moved = flight.seen_from([10.0, -1.0, 0.5]);
+        assert_eq!(moved.samples[1].position_m, [-8.0, 3.0, 2.5]);
+        assert_eq!(
+            moved.samples[1].velocity_mps,
+            flight.samples[1].velocity_mps
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn any_numbers_give_a_finite_flight_or_an_error(
+            rows in prop::collection::vec(prop::array::uniform4(any::<f64>()), 0..6)
+        ) {
+            if let Ok(flight) = Flight::from_track("f", "f", &rows) {
+                for sample in flight.samples {
+                    prop_assert!(sample.position_m.iter().all(|v| v.is_finite()));
+                    prop_assert!(sample.velocity_mps.iter().all(|v| v.is_finite()));
+                }
+            }
+        }
+
+        #[test]
+        fn accepted_extremes_have_finite_velocity(
+            steps in prop::collection::vec(1e-6..1e3_f64, 3..20),
+            side in prop::collection::vec(any::<bool>(), 20)
+        ) {
+            let mut time_s = 0.0;
+            let rows: Vec<[f64; 4]> = steps.iter().zip(side).map(|(step, up)| {
+                time_s += step.max(1e-6) * 1.001;
+                let edge = if up { COORDINATE_M_MAX } else { -COORDINATE_M_MAX };
+                [time_s, edge, -edge, 0.0]
+            }).collect();
+            let flight = Flight::from_track("f", "f", &rows).unwrap();
+            prop_assert!(flight.samples.iter().all(|s| s.velocity_mps.iter().all(|v| v.is_finite())));
+        }
+    }
+}

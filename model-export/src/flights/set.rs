@@ -1,0 +1,181 @@
+//! The flights of a run: read, cut into segments, placed, and seen from the radar.
+
+use std::path::{Path, PathBuf};
+
+use crate::flights::data_hash;
+use crate::flights::flight::Flight;
+use crate::flights::folder::{FlightFolderError, read_flights};
+use crate::flights::placement::place;
+use crate::flights::segment::{SegmentError, segments};
+use crate::flights::volume::Volume;
+
+/// What is done with flights before they are used.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Preparation {
+    /// Length of the segments that flights are cut into, seconds; 0 keeps them whole.
+    pub segment_s: f64,
+    /// Volume that every segment is moved into, rigidly and at random; `None` leaves them.
+    pub volume: Option<Volume>,
+    /// Position of the radar in the flights' frame, metres.
+    pub radar_m: [f64; 3],
+    /// Seed of the placement.
+    pub seed: u64,
+}
+
+/// Flights that are ready to be sampled.
+#[derive(Clone, Debug)]
+pub struct FlightSet {
+    /// Number of flights before cutting.
+    pub flights: usize,
+    /// The segments, in the radar's frame.
+    pub segments: Vec<Flight>,
+    /// Segments that do not fit into the volume, and why.
+    pub unplaced: Vec<String>,
+    /// SHA-256 of the flights as they came.
+    pub sha256: String,
+}
+
+/// Why there are no flights.
+#[derive(Debug, thiserror::Error)]
+pub enum FlightSetError {
+    /// A file or folder cannot be read, or a file is not a flight.
+    #[error(transparent)]
+    Read(#[from] FlightFolderError),
+    /// The segment length makes no sense.
+    #[error(transparent)]
+    Segment(#[from] SegmentError),
+    /// No segment fits into the volume.
+    #[error("{}: none of {segments} segments fits into the volume; the first: {first}", path.display())]
+    NothingPlaced {
+        /// Where the flights came from.
+        path: PathBuf,
+        /// How many there are.
+        segments: usize,
+        /// Why the first does not fit.
+        first: String,
+    },
+}
+
+impl FlightSet {
+    /// Reads the flights of a folder or of one file and prepares them.
+    ///
+    /// # Errors
+    /// See [`FlightSetError`].
+    pub fn read(path: &Path, preparation: &Preparation) -> Result<Self, FlightSetError> {
+        let set = Self::prepare(&read_flights(path)?, preparation)?;
+        if set.segments.is_empty() {
+            return Err(FlightSetError::NothingPlaced {
+                path: path.to_owned(),
+                segments: set.unplaced.len(),
+                first: set.unplaced.first().cloned().unwrap_or_default(),
+            });
+        }
+        Ok(set)
+    }
+
+    /// Prepares `flights`.
+    ///
+    /// # Errors
+    /// The segment length is negative or not finite.
+    pub fn prepare(flights: &[Flight], preparation: &Preparation) -> Result<Self, SegmentError> {
+        let mut set = Self {
+            flights: flights.len(),
+            segments: Vec::new(),
+            unplaced: Vec::new(),
+            sha256: data_hash::of_flights(flights),
+        };
+        for flight in flights {
+            for segment in segments(flight, preparation.segment_s)? {
+                let placed = match &preparation.volume {
+                    Some(volume) => place(&segment, volume, preparation.seed),
+                    None => Ok(segment),
+                };
+                match placed {
+                    Ok(segment) => set.segments.push(segment.seen_from(preparation.radar_m)),
+                    Err(error) => set.unplaced.push(error.to_string()),
+                }
+            }
+        }
+        Ok(set)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::flights::flight::Flight;
+    use crate::flights::volume::Volume;
+
+    use super::{FlightSet, FlightSetError, Preparation};
+
+    const AS_IS: Preparation = Preparation {
+        segment_s: 5.0,
+        volume: None,
+        radar_m: [0.0; 3],
+        seed: 1,
+    };
+
+    /// A slow climb of `climb_m` over ten seconds.
+    fn flight(name: &str, climb_m: f64) -> Flight {
+        let row = |i: i32| {
+            let part = f64::from(i) / 100.0;
+            [10.0 * part, 3.0 * part, 0.0, climb_m * part]
+        };
+        Flight::from_track(name, name, &(0..=100).map(row).collect::<Vec<_>>()).unwrap()
+    }
+
+    #[test]
+    fn without_a_volume_segments_stay_and_the_radar_moves() {
+        let preparation = Preparation {
+            radar_m: [1.0, 2.0, -3.0],
+            ..AS_IS
+        };
+        let set = FlightSet::prepare(&[flight("a", 1.0)], &preparation).unwrap();
+        assert_eq!((set.flights, set.segments.len()), (1, 2));
+        assert_eq!(set.segments[0].samples[0].position_m, [-1.0, -2.0, 3.0]);
+    }
+
+    #[test]
+    fn what_does_not_fit_is_listed() {
+        let preparation = Preparation {
+            volume: Some(Volume::PAPER),
+            ..AS_IS
+        };
+        let set = FlightSet::prepare(&[flight("flat", 1.0), flight("tower", 90.0)], &preparation)
+            .unwrap();
+        assert_eq!(set.segments.len(), 2);
+        assert!(set.segments.iter().all(|segment| segment.source == "flat"));
+        for sample in set.segments.iter().flat_map(|segment| &segment.samples) {
+            assert!(Volume::PAPER.contains(sample.position_m));
+        }
+        assert_eq!(set.unplaced.len(), 2);
+        assert!(set.unplaced[0].contains("tower#1"), "{}", set.unplaced[0]);
+    }
+
+    #[test]
+    fn errors_name_file_and_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bad.csv");
+        std::fs::write(
+            &path,
+            "timestamp,tx,ty,tz\n0,1,2,3\n0.1,oops,2,3\n0.2,1,2,3\n",
+        )
+        .unwrap();
+        let error = FlightSet::read(folder.path(), &AS_IS).unwrap_err();
+        assert!(error.to_string().contains("bad.csv:3: "), "{error}");
+
+        std::fs::write(
+            &path,
+            "timestamp,tx,ty,tz\n0,0,0,0\n1,0,0,50\n2,0,0,99\n3,0,0,150\n",
+        )
+        .unwrap();
+        let preparation = Preparation {
+            volume: Some(Volume::PAPER),
+            ..AS_IS
+        };
+        let error = FlightSet::read(&path, &preparation).unwrap_err();
+        assert!(
+            matches!(error, FlightSetError::NothingPlaced { segments: 1, .. }),
+            "{error}"
+        );
+    }
+}

@@ -1,0 +1,149 @@
+//! What rounding costs: the firmware's estimates from the blob beside those of the unrounded
+//! weights.
+//!
+//! The estimate at the mean weights has no noise on either side: the firmware's integer kernels
+//! against the naive network in f64. Predictive standard deviations come from many Monte Carlo
+//! passes on both sides, with noise of their own.
+
+use crate::kernel::Tier;
+use crate::memoryless::gradient::{Batch, Gradient};
+use crate::memoryless::rows::Rows;
+use crate::posterior::gaussian_weights::GaussianWeights;
+use crate::posterior::network_f64::NetworkF64;
+use crate::seed;
+use bnkf::blob::NetworkView;
+use bnkf::monte_carlo::{Sampling, moments};
+use bnkf::network::{Network, Scratch};
+use bnkf::rng::seeded;
+use serde::Serialize;
+
+/// Largest accepted mean shift of the estimate, in predictive standard deviations.
+pub const SHIFT_MAX: f64 = 0.05;
+/// Largest accepted relative error of the predictive standard deviation.
+pub const SIGMA_ERROR_MAX: f64 = 0.10;
+
+const SAMPLING: Sampling = Sampling::Activations;
+
+/// One output of one network for one input.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Comparison {
+    /// Distance between the estimates at the mean weights, in predictive standard deviations.
+    pub shift: f64,
+    /// Predictive standard deviation from the blob over that of the unrounded weights.
+    pub sigma_ratio: f64,
+}
+
+/// Many comparisons in a few numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// Number of comparisons.
+    pub count: usize,
+    /// Mean of the shifts.
+    pub shift_mean: f64,
+    /// 95th percentile of the shifts.
+    pub shift_p95: f64,
+    /// Mean of the ratios.
+    pub sigma_ratio_mean: f64,
+    /// 5th percentile of the ratios.
+    pub sigma_ratio_p5: f64,
+    /// 95th percentile of the ratios.
+    pub sigma_ratio_p95: f64,
+}
+
+impl Summary {
+    /// Summarises `comparisons`; `None` if there are none.
+    #[must_use]
+    pub fn of(comparisons: &[Comparison]) -> Option<Self> {
+        let sorted = |value: &dyn Fn(&Comparison) -> f64| {
+            let mut values: Vec<f64> = comparisons.iter().map(value).collect();
+            values.sort_by(f64::total_cmp);
+            values
+        };
+        let (shifts, ratios) = (sorted(&|c| c.shift), sorted(&|c| c.sigma_ratio));
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+        let quantile =
+            |values: &[f64], part: f64| values[(part * (values.len() - 1) as f64).round() as usize];
+        (!comparisons.is_empty()).then(|| Self {
+            count: comparisons.len(),
+            shift_mean: mean(&shifts),
+            shift_p95: quantile(&shifts, 0.95),
+            sigma_ratio_mean: mean(&ratios),
+            sigma_ratio_p5: quantile(&ratios, 0.05),
+            sigma_ratio_p95: quantile(&ratios, 0.95),
+        })
+    }
+
+    /// Whether the rounding stays within [`SHIFT_MAX`] and [`SIGMA_ERROR_MAX`].
+    #[must_use]
+    pub fn accepted(&self) -> bool {
+        self.shift_mean <= SHIFT_MAX && (self.sigma_ratio_mean - 1.0).abs() <= SIGMA_ERROR_MAX
+    }
+}
+
+/// Compares a network of a blob with its unrounded `weights` on every row of `rows` (normalised),
+/// with `passes` Monte Carlo passes on each side. Row by row, output by output.
+#[must_use]
+pub fn compare(
+    view: NetworkView<'_>,
+    weights: &GaussianWeights,
+    rows: &Rows,
+    passes: u16,
+) -> Vec<Comparison> {
+    let outputs = weights.architecture.outputs();
+    let naive = NetworkF64::from(weights);
+    let network = Network::new(view);
+    let sigmas = unrounded_sigmas(weights, rows, passes);
+    let mut comparisons = Vec::with_capacity(rows.len() * outputs);
+    let mut scratch = Scratch::new();
+    let mut rng = seeded(1);
+    for row in 0..rows.len() {
+        let inputs = rows.features_of(row);
+        let exact: Vec<f64> = inputs.iter().map(|&x| f64::from(x)).collect();
+        let exact = naive.mean_pass(&exact);
+        let mut rounded = [0.0_f32; 3];
+        network.mean_pass(inputs, &mut rounded[..outputs]);
+        let variance = if outputs == 3 {
+            let m = moments::<3>(&network, inputs, passes, SAMPLING, &mut rng, &mut scratch);
+            [0, 1, 2].map(|i| m.covariance[i][i])
+        } else {
+            let m = moments::<1>(&network, inputs, passes, SAMPLING, &mut rng, &mut scratch);
+            [m.covariance[0][0], 0.0, 0.0]
+        };
+        for output in 0..outputs {
+            let sigma = sigmas[row * outputs + output];
+            comparisons.push(Comparison {
+                shift: (f64::from(rounded[output]) - exact[output]).abs() / sigma,
+                sigma_ratio: f64::from(variance[output]).sqrt() / sigma,
+            });
+        }
+    }
+    comparisons
+}
+
+/// Predictive standard deviations of the unrounded weights, row-major, in normalised units.
+fn unrounded_sigmas(weights: &GaussianWeights, rows: &Rows, passes: u16) -> Vec<f64> {
+    let order: Vec<u32> = (0..rows.len() as u32).collect();
+    let mut gradient = Gradient::new(Tier::detect(), weights);
+    let mut sums = vec![(0.0, 0.0); rows.len() * weights.architecture.outputs()];
+    for pass in 0..u64::from(passes) {
+        let noise_seed = Some(seed::derive(1, &[seed::name_id("verify"), pass]));
+        let batch = Batch {
+            rows,
+            order: &order,
+            first_target: 0,
+            noise_seed,
+        };
+        for ((sum, squares), y) in sums.iter_mut().zip(gradient.outputs(batch)) {
+            *sum += f64::from(y);
+            *squares += f64::from(y) * f64::from(y);
+        }
+    }
+    let count = f64::from(passes);
+    sums.into_iter()
+        .map(|(sum, squares)| {
+            ((squares - sum * sum / count) / (count - 1.0))
+                .max(0.0)
+                .sqrt()
+        })
+        .collect()
+}

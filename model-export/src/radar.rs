@@ -1,0 +1,7 @@
+//! What the radar reports of a flight: noise, gaps, polar coordinates.
+
+pub mod gaps;
+pub mod noise;
+pub mod polar;
+pub mod reading;
+pub mod sampling;
