@@ -19,6 +19,8 @@ pub struct DraftLayer {
     pub bias_mean: Vec<f32>,
     pub bias_variance: Vec<f32>,
     pub variance_max: f32,
+    /// Weights that stand in for the means by definition, where a test drew its own.
+    pub drawn: Option<Vec<f64>>,
 }
 
 impl DraftLayer {
@@ -35,12 +37,17 @@ impl DraftLayer {
             bias_mean: (0..outputs).map(|_| standard_normal(rng)).collect(),
             bias_variance: (0..outputs).map(|row| 0.01 * (1 + row) as f32).collect(),
             variance_max: 0.05,
+            drawn: None,
         }
     }
 
     /// Mean of a weight, by definition.
     pub fn mean(&self, output: usize, input: usize) -> f64 {
-        f64::from(self.means[output * self.inputs + input]) * f64::from(self.channel_scale[output])
+        let at = output * self.inputs + input;
+        match &self.drawn {
+            Some(weights) => weights[at],
+            None => f64::from(self.means[at]) * f64::from(self.channel_scale[output]),
+        }
     }
 
     /// Variance of a weight, by definition.
