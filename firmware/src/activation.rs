@@ -67,6 +67,23 @@ mod tests {
     }
 
     #[test]
+    fn the_last_number_below_the_limit_rounds_to_the_last_entry() {
+        for limit in [LIMIT as f32, -(LIMIT as f32)] {
+            let x = f32::from_bits(limit.to_bits() - 1);
+            let expected = if limit > 0.0 { limit } else { 0.0 };
+            assert!((gelu(x) - expected).abs() < 3e-5, "{x}");
+        }
+    }
+
+    #[test]
+    fn four_at_once_are_four_times_one() {
+        let x = [-6.0, -0.7, 0.0, 1.3];
+        let bits = |numbers: [f32; 4]| numbers.map(f32::to_bits);
+        assert_eq!(bits(gelus(x)), bits(x.map(gelu)));
+        assert!((gelus(x)[3] - 1.174_160).abs() < 3e-5);
+    }
+
+    #[test]
     fn extremes_and_nan() {
         assert_eq!(gelu(f32::INFINITY), f32::INFINITY);
         assert_eq!(gelu(f32::NEG_INFINITY), 0.0);

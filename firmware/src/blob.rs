@@ -210,3 +210,8 @@ fn check_frame(bytes: &[u8]) -> Result<(), BlobError> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+pub(crate) mod draft;
+#[cfg(test)]
+mod tests;

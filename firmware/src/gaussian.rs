@@ -134,6 +134,205 @@ mod tests {
 
     const DRAWS: usize = 2_000_000;
 
+    /// Gives the words it was given, in order, and no more than those.
+    struct Script(std::vec::IntoIter<u32>);
+
+    impl Script {
+        fn new(words: &[u32]) -> Self {
+            Self(words.to_vec().into_iter())
+        }
+    }
+
+    impl rand_core::TryRng for Script {
+        type Error = core::convert::Infallible;
+
+        fn try_next_u32(&mut self) -> Result<u32, Self::Error> {
+            Ok(self.0.next().expect("no more words are drawn"))
+        }
+
+        fn try_next_u64(&mut self) -> Result<u64, Self::Error> {
+            unreachable!("only words are drawn")
+        }
+
+        fn try_fill_bytes(&mut self, _: &mut [u8]) -> Result<(), Self::Error> {
+            unreachable!("only words are drawn")
+        }
+    }
+
+    /// The word that [`uniform`] turns into `u`.
+    fn word_of(u: f64) -> u32 {
+        ((u * 16_777_216.0) as u32) << 8
+    }
+
+    fn f(x: f64) -> f64 {
+        libm::exp(-0.5 * x * x)
+    }
+
+    /// Outer edges of the layers, from the outside in, by their definition: layers of one area
+    /// under the density, the last of which ends at the top. In f64 with the library's functions.
+    fn edges() -> [f64; LAYERS + 1] {
+        let mut edge = [0.0; LAYERS + 1];
+        edge[0] = LAYER_AREA / f(TAIL_START);
+        edge[1] = TAIL_START;
+        for i in 2..LAYERS {
+            let height = f(edge[i - 1]) + LAYER_AREA / edge[i - 1];
+            edge[i] = libm::sqrt(-2.0 * libm::log(height));
+        }
+        edge
+    }
+
+    #[test]
+    fn the_layers_have_one_area() {
+        let edge = edges();
+        // The bottom: a rectangle up to the start of the tail, and the tail.
+        let half = libm::sqrt(core::f64::consts::FRAC_PI_2);
+        let tail = half * libm::erfc(TAIL_START / core::f64::consts::SQRT_2);
+        assert!((TAIL_START * f(TAIL_START) + tail - LAYER_AREA).abs() < 1e-12);
+        // The top closes at a density of 1.
+        let last = edge[LAYERS - 1];
+        assert!((last * (1.0 - f(last)) - LAYER_AREA).abs() < 1e-9);
+        for i in 0..LAYERS {
+            let width = edge[i] / ABSCISSA_SCALE;
+            assert!((f64::from(TABLES.width[i]) / width - 1.0).abs() < 1e-7);
+            assert!((f64::from(TABLES.density[i]) - f(edge[i])).abs() < 1e-7);
+            // Abscissas below the edge of the layer above are inside, in units of 1/2^23.
+            let inside = edge[i + 1] / edge[i] * ABSCISSA_SCALE;
+            let steps = TABLES.inside[i] >> 8;
+            assert!((f64::from(steps) + 0.5 - inside).abs() < 0.6, "{i}");
+            assert_eq!(TABLES.inside[i] & 0xFF, 0);
+        }
+        assert_eq!(TABLES.density[LAYERS], 1.0);
+    }
+
+    /// Layer, sample and place of random words against their definition in f64.
+    #[test]
+    fn a_word_names_its_layer_and_its_place() {
+        let (edge, mut rng) = (edges(), seeded(21));
+        for _ in 0..100_000 {
+            let word = rng.next_u32();
+            let (layer, x, inside) = candidate(word);
+            assert_eq!(layer, (word % 128) as usize);
+            let abscissa = f64::from((word as i32) >> 8);
+            let expected = abscissa * edge[layer] / ABSCISSA_SCALE;
+            assert!((f64::from(x) - expected).abs() <= 1e-6 * expected.abs());
+            // One step of the abscissa either way.
+            let step = 1.5 * edge[layer] / ABSCISSA_SCALE;
+            let beyond = expected.abs() - edge[layer + 1];
+            assert!(if inside {
+                beyond < step
+            } else {
+                beyond > -step
+            });
+        }
+        // The first abscissa that is not inside.
+        assert!(candidate(TABLES.inside[0] - 128).2);
+        assert!(!candidate(TABLES.inside[0]).2);
+        assert!(!candidate(u32::MAX).2);
+    }
+
+    #[test]
+    fn a_uniform_word_is_the_middle_of_its_step() {
+        for (word, numerator) in [(0, 0.5), (255, 0.5), (256, 1.5), (1 << 31, 8_388_608.5)] {
+            let expected = numerator / 16_777_216.0;
+            let got = f64::from(uniform(&mut Script::new(&[word])));
+            assert!((got / expected - 1.0).abs() < 1e-7, "{word}: {got}");
+        }
+        assert!(uniform(&mut Script::new(&[u32::MAX])) <= 1.0);
+    }
+
+    /// Beside a layer's inside a sample is kept if a uniform height between the layer's two
+    /// densities lies under the density, else another word is a candidate.
+    #[test]
+    fn a_wedge_is_kept_under_the_density() {
+        let (edge, mut rng) = (edges(), seeded(22));
+        let mut kept = [0; 2];
+        for layer in 1..LAYERS {
+            for _ in 0..20 {
+                let part = f64::from(uniform(&mut rng));
+                let x = edge[layer + 1] + part * (edge[layer] - edge[layer + 1]);
+                let x = if rng.next_u32() & 1 == 0 { x } else { -x };
+                let u = f64::from(uniform(&mut rng));
+                let height = f(edge[layer]) + (f(edge[layer + 1]) - f(edge[layer])) * u;
+                // In f32 both sides are off by some 1e-7.
+                if (height - f(x)).abs() < 1e-6 {
+                    continue;
+                }
+                // A word of layer 5 close to zero, certainly inside.
+                let next = 0x0100_0000 | 5;
+                let got = outside_the_layer(&mut Script::new(&[word_of(u), next]), layer, x as f32);
+                let under = height < f(x);
+                let expected = if under { x as f32 } else { candidate(next).1 };
+                assert_eq!(got, expected, "layer {layer}, {x}, {u}");
+                kept[usize::from(under)] += 1;
+            }
+        }
+        assert!(kept[0] > 500 && kept[1] > 500, "{kept:?}");
+    }
+
+    #[test]
+    fn a_rejected_sample_is_followed_by_a_whole_new_one() {
+        let edge = edges();
+        // Rejected at its outer edge under the upper density; the next word is a wedge again and is
+        // kept under the lower density.
+        let outer = (edge[3] * 0.999) as f32;
+        let beside = (TABLES.inside[7] + (1 << 16)) & !127 | 7;
+        let (layer, x, inside) = candidate(beside);
+        assert!(layer == 7 && !inside);
+        let mut script = Script::new(&[word_of(0.999), beside, word_of(1e-4)]);
+        assert_eq!(outside_the_layer(&mut script, 3, outer), x);
+    }
+
+    /// The tail as Marsaglia defines it, both signs, with a first pair that is refused.
+    #[test]
+    fn the_tail_follows_marsaglias_method() {
+        let pair = |u: f64, v: f64| {
+            let (x, y) = (-libm::log(u) / TAIL_START, -libm::log(v));
+            (x, 2.0 * y > x * x)
+        };
+        let refused = (0.001, 0.9);
+        assert!(!pair(refused.0, refused.1).1);
+        let mut rng = seeded(23);
+        let mut both = [0; 2];
+        for _ in 0..200 {
+            let (u, v) = (f64::from(uniform(&mut rng)), f64::from(uniform(&mut rng)));
+            let (u, v) = (u.max(1e-5), 0.5 + 0.5 * v.min(0.999));
+            let (x, kept) = pair(u, v);
+            both[usize::from(kept)] += 1;
+            let second = (0.3, 0.2);
+            let words = [refused.0, refused.1, u, v, second.0, second.1].map(word_of);
+            let expected = TAIL_START + if kept { x } else { pair(second.0, second.1).0 };
+            for (negative, sign) in [(false, 1.0), (true, -1.0)] {
+                let got = f64::from(tail(&mut Script::new(&words), negative));
+                assert!((got - sign * expected).abs() < 1e-4, "{u} {v}: {got}");
+            }
+        }
+        assert!(both[0] > 5 && both[1] > 50, "{both:?}");
+    }
+
+    #[test]
+    fn the_bottom_layer_continues_in_its_own_tail() {
+        let words = [0.3, 0.2].map(word_of);
+        for side in [1.0, -1.0] {
+            let got = outside_the_layer(&mut Script::new(&words), 0, side * 3.6);
+            assert_eq!(got, tail(&mut Script::new(&words), side < 0.0));
+            assert!(got * side > TAIL_START as f32);
+        }
+    }
+
+    /// The words of all samples come first, what one of them needs beyond comes after them.
+    #[test]
+    fn several_samples_draw_their_words_first() {
+        let inside = [0x0100_0005, 0xFF00_0009, 0x0200_0001].map(|word| (word, candidate(word).1));
+        let edge = TABLES.inside[0];
+        let words = [inside[0].0, edge, inside[1].0, inside[2].0];
+        let beyond = [0.3, 0.2].map(word_of);
+        let got: [f32; 4] = standard_normals(&mut Script::new(&[&words[..], &beyond].concat()));
+        let tail = tail(&mut Script::new(&beyond), false);
+        assert_eq!(got, [inside[0].1, tail, inside[1].1, inside[2].1]);
+        let one = standard_normal(&mut Script::new(&[inside[2].0]));
+        assert_eq!(one, inside[2].1);
+    }
+
     #[test]
     fn moments_lie_within_five_standard_errors() {
         let mut rng = seeded(3);

@@ -227,4 +227,45 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn decoded_variances_are_eighths_of_octaves_rounded() {
+        for (code, &decoded) in VARIANCES.iter().enumerate() {
+            let exact = 8191.0 * libm::exp2((code as f64 - 255.0) / 8.0);
+            let expected = if code == 0 { 0.0 } else { exact };
+            // Half a step, and nothing where it is a tie.
+            assert!((f64::from(decoded) - expected).abs() < 0.5 + 1e-9, "{code}");
+        }
+        assert_eq!(VARIANCES[255], VARIANCE_MAX);
+    }
+
+    /// A row for one lane and the same row for four: whatever this build compiled either to.
+    #[test]
+    fn one_lane_equals_each_of_four() {
+        let mut rng = seeded(2);
+        let row: [u8; WIDTH_MAX] = core::array::from_fn(|_| rng.next_u32() as u8);
+        let words: [[u32; 4]; WIDTH_MAX / 2] =
+            core::array::from_fn(|_| core::array::from_fn(|_| rng.next_u32() & 0x0FFF_0FFF));
+        let four = dots(&row, &row, &words, &words);
+        for lane in 0..4 {
+            let single = words.map(|word| [word[lane]]);
+            let [[mean], [variance]] = dots(&row, &row, &single, &single);
+            assert_eq!([mean, variance], [four[0][lane], four[1][lane]]);
+        }
+    }
+
+    /// Against f64: a correctly rounded f32 root is the rounded f64 root.
+    #[test]
+    fn square_roots_are_correctly_rounded() {
+        let mut rng = seeded(3);
+        for _ in 0..10_000 {
+            let x: [f32; 4] =
+                core::array::from_fn(|_| f32::from_bits(rng.next_u32() % f32::INFINITY.to_bits()));
+            let expected = x.map(|x| libm::sqrt(f64::from(x)) as f32);
+            assert_eq!(square_roots(x), expected);
+            assert_eq!(sqrt(x[0]), expected[0]);
+        }
+        assert!(sqrt(-1.0).is_nan());
+        assert_eq!(square_roots([0.0, -0.0, 4.0, f32::INFINITY])[2], 2.0);
+    }
 }

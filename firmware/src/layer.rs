@@ -70,3 +70,92 @@ pub fn sample_weights(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::blob::Blob;
+    use crate::blob::draft::Draft;
+    use crate::rng::seeded;
+
+    const INPUTS: usize = 12;
+    const OUTPUTS: usize = 3;
+
+    fn inputs() -> [f32; INPUTS] {
+        let mut rng = seeded(31);
+        core::array::from_fn(|_| standard_normal(&mut rng))
+    }
+
+    /// Sums over the weights as the format defines them, in f64.
+    #[test]
+    fn moments_are_the_sums_over_weights() {
+        let draft = Draft::memoryless(&[INPUTS, OUTPUTS], 31);
+        let (bytes, weights) = (draft.bytes(), &draft.networks[0][0]);
+        let layer = Blob::parse(&bytes)
+            .unwrap()
+            .networks()
+            .next()
+            .unwrap()
+            .layer(0);
+        let x = inputs();
+        // The second pass sees other inputs.
+        let lanes = x.map(|x| [x, 2.0 - x]);
+        let mut packed = Packed::<2>::new();
+        packed.pack(&lanes);
+        let mut seen = 0;
+        moments(&layer, &packed, |output, mean, variance| {
+            assert_eq!(output, seen);
+            seen += 1;
+            for lane in 0..2 {
+                let x = |input: usize| f64::from(lanes[input][lane]);
+                let expected = f64::from(weights.bias_mean[output])
+                    + (0..INPUTS)
+                        .map(|i| weights.mean(output, i) * x(i))
+                        .sum::<f64>();
+                assert!((f64::from(mean[lane]) - expected).abs() < 1e-3);
+                let expected = f64::from(weights.bias_variance[output])
+                    + (0..INPUTS)
+                        .map(|i| weights.variance(output, i) * x(i) * x(i))
+                        .sum::<f64>();
+                assert!((f64::from(variance[lane]) / expected - 1.0).abs() < 0.01);
+            }
+        });
+        assert_eq!(seen, OUTPUTS);
+        let mut all = std::vec::Vec::new();
+        moments(&layer, &packed, |_, mean, _| all.push(mean));
+        means(&layer, &packed, |output, mean| {
+            assert_eq!(mean, all[output])
+        });
+        let mut rows = 0;
+        means(&layer, &packed, |_, _| rows += 1);
+        assert_eq!(rows, OUTPUTS);
+    }
+
+    /// The same normal numbers in f64: the bias of a row first, then its weights.
+    #[test]
+    fn sampled_weights_are_their_means_and_sigmas_times_normals() {
+        let draft = Draft::memoryless(&[INPUTS, OUTPUTS], 32);
+        let (bytes, weights) = (draft.bytes(), &draft.networks[0][0]);
+        let layer = Blob::parse(&bytes)
+            .unwrap()
+            .networks()
+            .next()
+            .unwrap()
+            .layer(0);
+        let x = inputs();
+        let mut got = [f32::NAN; OUTPUTS];
+        sample_weights(&layer, &x, &mut seeded(5), &mut got);
+        let mut rng = seeded(5);
+        let mut normal = || f64::from(standard_normal(&mut rng));
+        for output in 0..OUTPUTS {
+            let mut expected = f64::from(weights.bias_mean[output])
+                + f64::from(weights.bias_variance[output]).sqrt() * normal();
+            for (input, &x) in x.iter().enumerate() {
+                let sigma = weights.variance(output, input).sqrt();
+                let weight = weights.mean(output, input) + sigma * normal();
+                expected += weight * f64::from(x);
+            }
+            assert!((f64::from(got[output]) - expected).abs() < 1e-5, "{output}");
+        }
+    }
+}

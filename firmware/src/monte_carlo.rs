@@ -147,6 +147,10 @@ impl<const N: usize> Sums<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::blob::Blob;
+    use crate::blob::draft::Draft;
+    use crate::rng::seeded;
+    use std::vec::Vec;
 
     #[test]
     fn sums_equal_the_textbook_formula() {
@@ -177,5 +181,89 @@ mod tests {
                 covariance: [[0.0]]
             }
         );
+    }
+
+    const INPUT: [f32; 12] = [
+        0.3, -1.1, 0.7, 0.2, -0.4, 1.5, -0.9, 0.1, 0.8, -0.2, 0.6, -1.3,
+    ];
+
+    /// Mean and covariance in f64, by their definition.
+    fn naive(samples: &[[f32; 3]]) -> ([f64; 3], [[f64; 3]; 3]) {
+        let count = samples.len() as f64;
+        let mean: [f64; 3] = core::array::from_fn(|i| {
+            let values = samples.iter().map(|sample| f64::from(sample[i]));
+            values.sum::<f64>() / count
+        });
+        let deviation = |sample: &[f32; 3], i: usize| f64::from(sample[i]) - mean[i];
+        let covariance = core::array::from_fn(|i| {
+            core::array::from_fn(|j| {
+                let products = samples.iter().map(|s| deviation(s, i) * deviation(s, j));
+                products.sum::<f64>() / (count - 1.0).max(1.0)
+            })
+        });
+        (mean, covariance)
+    }
+
+    fn assert_moments(got: &Moments<3>, samples: &[[f32; 3]]) {
+        let (mean, covariance) = naive(samples);
+        for i in 0..3 {
+            assert!((f64::from(got.mean[i]) - mean[i]).abs() < 1e-5, "mean {i}");
+            for j in 0..3 {
+                let size = (covariance[i][i] * covariance[j][j]).sqrt() + 1e-6;
+                let error = (f64::from(got.covariance[i][j]) - covariance[i][j]).abs();
+                assert!(error < 1e-4 * size, "covariance {i} {j}: {error}");
+            }
+        }
+    }
+
+    /// Passes that are no multiple of the four that run together, one block, and several.
+    #[test]
+    fn moments_are_those_of_the_passes_one_by_one() {
+        let bytes = Draft::memoryless(&[12, 8, 3], 51).bytes();
+        let network = Network::new(Blob::parse(&bytes).unwrap().networks().next().unwrap());
+        for passes in [1, 3, 4, 6, 101] {
+            let mut scratch = Scratch::new();
+            network.prepare(&INPUT, &mut scratch);
+            let (mut rng, mut samples) = (seeded(52), Vec::new());
+            while samples.len() < usize::from(passes) {
+                let outputs = network.sampled_passes(&mut scratch, &mut rng);
+                let lanes = (0..LANES).map(|lane| [0, 1, 2].map(|i| outputs[i][lane]));
+                samples.extend(lanes);
+            }
+            samples.truncate(usize::from(passes));
+
+            let (mut scratch, mut again) = (Scratch::new(), seeded(52));
+            let way = Sampling::Activations;
+            let got = moments::<3>(&network, &INPUT, passes, way, &mut again, &mut scratch);
+            assert_moments(&got, &samples);
+            // Not one draw more.
+            assert_eq!(again, rng);
+
+            let (mean, variance) =
+                separate_moments::<3>(&network, &INPUT, passes, &mut seeded(52), &mut scratch);
+            assert_eq!(mean, got.mean);
+            for i in 0..3 {
+                let expected = got.covariance[i][i];
+                assert!((variance[i] - expected).abs() <= 1e-5 * expected, "{i}");
+            }
+        }
+    }
+
+    #[test]
+    fn weight_sampled_moments_are_those_of_the_passes_one_by_one() {
+        let bytes = Draft::memoryless(&[12, 8, 3], 53).bytes();
+        let network = Network::new(Blob::parse(&bytes).unwrap().networks().next().unwrap());
+        let mut rng = seeded(54);
+        let samples: Vec<[f32; 3]> = (0..7)
+            .map(|_| {
+                let mut outputs = [0.0; 3];
+                network.weight_sampled_pass(&INPUT, &mut rng, &mut outputs);
+                outputs
+            })
+            .collect();
+        let mut scratch = Scratch::new();
+        let way = Sampling::Weights;
+        let got = moments::<3>(&network, &INPUT, 7, way, &mut seeded(54), &mut scratch);
+        assert_moments(&got, &samples);
     }
 }

@@ -14,10 +14,8 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::scoring::bootstrap::{FlightSum, Interval, interval_95, mean};
+use crate::scoring::chi_square::QUANTILE_90_DOF_3;
 use crate::scoring::paired::PairedDifference;
-
-/// 90th percentile of chi-square with three degrees of freedom.
-const CHI2_90: f64 = 6.251_388_631_170_325;
 
 /// How one way of being in doubt does in one world at one noise level, all sampling rates together.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -131,7 +129,7 @@ impl FlightSums {
         Self {
             distance: sum(|step| step.distance_m),
             nees: sum(|step| step.nees),
-            covered: sum(|step| f64::from(u8::from(step.nees < CHI2_90))),
+            covered: sum(|step| f64::from(u8::from(step.nees < QUANTILE_90_DOF_3))),
             surprise: sum(|step| step.surprise),
             jerk: sum(|step| step.jerk_variance),
             share: sum(|step| step.noise_share),

@@ -88,7 +88,12 @@ mod tests {
 
     use bnkf_model_export::flights::volume::Volume;
     use bnkf_model_export::radar::gaps::SamplingRate;
-    use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
+    use bnkf_model_export::radar::noise::{
+        COUNTER_UAS_ANGLES_DEG, NoiseLevel, NoiseSigmas, NoiseTable,
+    };
+    use bnkf_model_export::recursive::scenario::{
+        COUNTER_UAS_MISSED, COUNTER_UAS_STRIDES, Scenario as Trained,
+    };
 
     use super::{BUILT_IN, Scenario};
     use crate::scenario::radar::{Pattern, Radar};
@@ -116,6 +121,27 @@ mod tests {
         let high = scenario.radar.sigmas(NoiseTable::Printed, NoiseLevel::High);
         assert!((high.azimuth_rad - 0.7_f64.to_radians()).abs() < 1e-15);
         assert_eq!(high.range_m, 3.0);
+    }
+
+    /// The figures that the counter-UAS model was trained for are the scenario's.
+    #[test]
+    fn the_surveillance_radar_is_the_one_that_its_model_was_trained_for() {
+        let scenario = Scenario::find(Path::new("counter-uas")).unwrap();
+        let trained = Trained::CounterUas.held_out_flights();
+        assert_eq!(scenario.volume, Volume::COUNTER_UAS);
+        assert_eq!(scenario.volume, trained.volume);
+        assert_eq!(scenario.speed_scale, trained.speed_scale);
+        assert_eq!(scenario.size_scale, trained.size_scale);
+        assert_eq!(scenario.rate_hz, trained.rate_hz);
+        for (level, angle_deg) in NoiseLevel::ALL.into_iter().zip(COUNTER_UAS_ANGLES_DEG) {
+            let sigmas = scenario.radar.sigmas(NoiseTable::Printed, level);
+            assert_eq!(sigmas, NoiseSigmas::counter_uas(angle_deg));
+        }
+        let strides = scenario.radar.rates.iter().map(|rate| 1.0 / rate.get());
+        let trained = COUNTER_UAS_STRIDES.map(|stride| stride as f64);
+        assert!(strides.eq(trained));
+        let missed = 1.0 - scenario.radar.detection_probability;
+        assert!((missed - COUNTER_UAS_MISSED).abs() < 1e-12);
     }
 
     /// Every built-in file with one line changed, and what the error must say.

@@ -2,6 +2,7 @@
 
 pub mod blob_file;
 pub mod flight_source;
+pub mod flights;
 pub mod inspect;
 pub mod stress;
 pub mod train;

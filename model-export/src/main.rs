@@ -1,6 +1,6 @@
 //! `model-export`: training and export of Bayesian networks.
 
-use bnkf_model_export::cmd::{inspect, stress, train, verify};
+use bnkf_model_export::cmd::{flights, inspect, stress, train, verify};
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
@@ -21,6 +21,7 @@ enum Command {
     Inspect(inspect::Args),
     Verify(verify::Args),
     Stress(stress::Args),
+    Flights(flights::Args),
 }
 
 fn main() -> ExitCode {
@@ -33,6 +34,7 @@ fn main() -> ExitCode {
         Command::Inspect(args) => exit_code(inspect::run(&args)),
         Command::Verify(args) => exit_code(verify::run(&args)),
         Command::Stress(args) => exit_code(stress::run(&args)),
+        Command::Flights(args) => exit_code(flights::run(&args)),
     }
 }
 

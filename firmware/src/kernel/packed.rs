@@ -227,4 +227,42 @@ mod tests {
         let (means, variances) = packed.dots(&[127; 8], &[255; 8]);
         assert_eq!((means[0], variances[0]), (0.0, 0.0));
     }
+
+    #[test]
+    fn memory_is_what_the_widest_layer_needs() {
+        // Two halves a word: 32 words of values and of squares for each lane, and two scales.
+        assert_eq!(size_of::<Packed<1>>(), 4 * (32 + 32 + 2));
+        assert_eq!(size_of::<Packed<4>>(), 4 * size_of::<Packed<1>>());
+    }
+
+    /// Codes of one input at a time read back what was quantised, in f64.
+    #[test]
+    fn values_are_16_bits_and_squares_12_bits_of_the_largest() {
+        let mut rng = seeded(6);
+        let activations: [[f32; 1]; 7] =
+            core::array::from_fn(|_| [1000.0 * standard_normal(&mut rng)]);
+        let largest = activations.iter().fold(0.0_f32, |a, x| a.max(x[0].abs()));
+        let largest = f64::from(largest);
+        let mut packed = Packed::<1>::new();
+        packed.pack(&activations);
+        for (input, x) in activations.iter().enumerate() {
+            let x = f64::from(x[0]);
+            let mut row = [0; 8];
+            row[input] = 1;
+            let mean = f64::from(packed.dot_means(&row)[0]);
+            assert!((mean - x).abs() <= 0.501 * largest / 32_767.0, "{mean} {x}");
+            row[input] = 255;
+            let variance = f64::from(packed.dots(&[0; 8], &row).1[0]);
+            let step = largest * largest / 4_095.0;
+            assert!((variance - x * x).abs() <= 0.502 * step, "{variance} {x}");
+        }
+    }
+
+    #[test]
+    fn a_shorter_layer_after_a_longer_one_leaves_its_rest_unread() {
+        let mut packed = Packed::<1>::new();
+        packed.pack(&[[9.0]; 8]);
+        packed.pack(&[[1.0]; 3]);
+        assert_eq!(packed.dot_means(&[1, 1, 1, 0])[0], 3.0);
+    }
 }

@@ -188,7 +188,16 @@ mod tests {
 
     #[test]
     fn a_message_longer_than_a_frame_is_an_error() {
-        let long = [[0xa5u8; 32]; 13];
+        let longest = [[0xa5u8; 32]; MESSAGE_BYTES_MAX / 32];
+        let frame = encode(&longest).unwrap();
+        // A code byte starts the frame and follows every 254 bytes; the delimiter ends it.
+        assert_eq!(frame.len(), 384 + 4 + 2 + 1);
+        assert_eq!(frame.len(), FRAME_BYTES_MAX);
+        assert_eq!(
+            read_all::<[[u8; 32]; MESSAGE_BYTES_MAX / 32]>(&frame),
+            [Ok(longest)]
+        );
+        let long = [[0xa5u8; 32]; MESSAGE_BYTES_MAX / 32 + 1];
         assert_eq!(encode(&long), Err(EncodeError));
     }
 

@@ -294,6 +294,15 @@ mod tests {
             };
             assert!(!base.same_bits(&other));
         }
+        let mut later = base;
+        later.time_us -= 1;
+        assert!(!base.same_bits(&later));
+        let mut without_motion = base;
+        without_motion.motion = None;
+        assert!(!base.same_bits(&without_motion));
+        let mut no_number = base;
+        no_number.nis = f32::NAN;
+        assert!(no_number.same_bits(&no_number));
         let mut positive_zero = base;
         positive_zero.nis = 0.0;
         assert!(!base.same_bits(&positive_zero));

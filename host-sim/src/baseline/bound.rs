@@ -106,7 +106,7 @@ fn first_bound(
     })
 }
 
-/// Mean distance [m] of a zero-mean Gaussian of covariance `covariance_m2` from its mean: what the
+/// Mean distance (m) of a zero-mean Gaussian of covariance `covariance_m2` from its mean: what the
 /// bound on a covariance means for a mean Euclidean distance.
 ///
 /// E|e| = (1 / 2 sqrt(pi)) x the integral of (1 - E exp(-t |e|^2)) t^(-3/2) over t > 0, and

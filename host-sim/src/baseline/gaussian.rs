@@ -5,7 +5,7 @@ use nalgebra::{SMatrix, SVector, Vector3};
 use super::discrete::Discrete;
 use crate::filter::{FilterError, Nis, PositionEstimate};
 
-/// Mean and covariance of a state whose first six entries are position [m] and velocity [m/s].
+/// Mean and covariance of a state whose first six entries are position (m) and velocity (m/s).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gaussian<const N: usize> {
     /// Mean.

@@ -47,7 +47,7 @@ impl Observation {
         }
     }
 
-    /// The reading as it is, or [`Self::head_on`] if it points near the zenith.
+    /// The reading as it is, or `head_on` if it points near the zenith.
     ///
     /// Azimuth turns without bound as a target passes overhead, and no Gaussian over position
     /// gives a Gaussian over it; one such pass cost the tuned UKF its track. Elsewhere the angles
@@ -83,7 +83,7 @@ impl Observation {
         }
     }
 
-    /// Noise-free reading of a target at `p` [m] moving with `v` [m/s], radar's axes.
+    /// Noise-free reading of a target at `p` (m) moving with `v` (m/s), radar's axes.
     pub fn expected(&self, p: &Vector3<f64>, v: &Vector3<f64>) -> Vector4<f64> {
         expected(&(self.frame * p), &(self.frame * v))
     }
@@ -116,7 +116,7 @@ pub fn residual(z: &Vector4<f64>, expected: &Vector4<f64>) -> Vector4<f64> {
     Vector4::new(wrap(d[0]), wrap(d[1]), d[2], d[3])
 }
 
-/// Noise-free reading of a target at `p` [m] moving with `v` [m/s].
+/// Noise-free reading of a target at `p` (m) moving with `v` (m/s).
 pub fn expected(p: &Vector3<f64>, v: &Vector3<f64>) -> Vector4<f64> {
     let ground = p.x.hypot(p.y);
     let range = p.norm().max(DISTANCE_MIN_M);
@@ -141,7 +141,7 @@ pub fn jacobian(p: &Vector3<f64>, v: &Vector3<f64>) -> SMatrix<f64, 4, 6> {
     h
 }
 
-/// Position of elevation, azimuth [rad] and range [m]; a negative range lands on the far side.
+/// Position of elevation, azimuth (rad) and range (m); a negative range lands on the far side.
 pub fn cartesian(elevation_rad: f64, azimuth_rad: f64, range_m: f64) -> Vector3<f64> {
     let (se, ce) = elevation_rad.sin_cos();
     let (sa, ca) = azimuth_rad.sin_cos();

@@ -65,7 +65,7 @@ impl Tunings {
         entry.map(|(_, _, tuning)| tuning)
     }
 
-    /// Mean distance [m] at each scored step below which no filter that believes in the fitted
+    /// Mean distance (m) at each scored step below which no filter that believes in the fitted
     /// motion model can be; `None` without a tuning for the condition or if a matrix is singular.
     pub fn floor_m(
         &self,

@@ -2,7 +2,7 @@
 //! their numbers and arguments.
 //!
 //! Covers what the image uses, defmt's wire format 4 with raw encoding, no time stamps, and the
-//! argument types of [`Argument`]; anything else is an error and not a guess. The format is
+//! argument types of `Argument`; anything else is an error and not a guess. The format is
 //! described in the defmt book.
 
 use std::collections::HashMap;

@@ -18,7 +18,7 @@ pub fn uncorrected(moments: &StateMoments) -> (Vector3<f64>, Matrix3<f64>) {
     )
 }
 
-/// Position [m] and its covariance [m^2] after the correction by `reading`, `None` if the
+/// Position (m) and its covariance (m^2) after the correction by `reading`, `None` if the
 /// innovation's covariance is not positive definite.
 ///
 /// As the paper says, `z*` is the measured position and R its covariance to first order. With

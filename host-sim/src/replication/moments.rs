@@ -9,7 +9,7 @@ use nalgebra::{Matrix6, Vector6};
 
 use super::scaling::Scaling;
 
-/// Mean and covariance of an estimate before its correction. Position [m], then velocity [m/s];
+/// Mean and covariance of an estimate before its correction. Position (m), then velocity (m/s);
 /// what is not estimated is zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StateMoments {

@@ -11,7 +11,7 @@ use crate::contest::track::position_of;
 /// Two readings with nothing but a gap between them, and what is estimated from them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pair {
-    /// See [`features`].
+    /// What the network reads, in the order of `features`.
     pub features: Vec<f64>,
     /// Index of the sample whose state is estimated.
     pub sample: usize,

@@ -1,6 +1,6 @@
 //! The paper's headline table.
 
-/// ED [m], mean D and det P [m^6] at low, medium and high noise, as printed.
+/// ED (m), mean D and det P (m^6) at low, medium and high noise, as printed.
 pub const PUBLISHED: [(&str, [[&str; 3]; 3]); 5] = [
     (
         "EKF",

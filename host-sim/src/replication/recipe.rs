@@ -107,7 +107,7 @@ impl Recipe {
         }
     }
 
-    /// Number of estimated quantities: the position [m], then perhaps the velocity [m/s].
+    /// Number of estimated quantities: the position (m), then perhaps the velocity (m/s).
     pub fn outputs(&self) -> usize {
         if self.departs(Departure::Cartesian) {
             6

@@ -46,6 +46,16 @@ impl Volume {
         height_m_max: 24.7,
     };
 
+    /// Drones that a surveillance radar looks for: 0.3 to 3 km, 20 to 400 m high.
+    pub const COUNTER_UAS: Self = Self {
+        range_m_min: 300.0,
+        range_m_max: 3000.0,
+        range_m_mean: 1500.0,
+        range_m_sd: 700.0,
+        height_m_min: 20.0,
+        height_m_max: 400.0,
+    };
+
     /// Checks that the volume is not empty.
     ///
     /// # Errors

@@ -86,7 +86,22 @@ impl std::fmt::Display for NoiseTable {
     }
 }
 
+/// Errors of both angles of a counter-UAS surveillance radar at low, medium and high noise, degrees.
+pub const COUNTER_UAS_ANGLES_DEG: [f64; 3] = [0.3, 0.5, 0.7];
+
 impl NoiseSigmas {
+    /// A counter-UAS surveillance radar with this error of both angles.
+    #[must_use]
+    pub fn counter_uas(angle_deg: f64) -> Self {
+        let angle_rad = angle_deg.to_radians();
+        Self {
+            range_m: 3.0,
+            elevation_rad: angle_rad,
+            azimuth_rad: angle_rad,
+            range_rate_mps: 0.2,
+        }
+    }
+
     /// All four standard deviations times `factor`.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {

@@ -1,15 +1,11 @@
-//! A training run on disk.
-//!
-//! Layout: eight bytes of magic, the length of the header (u32, little-endian), the header as JSON,
-//! the network's numbers (f32, little-endian), SHA-256 of all that in hexadecimal.
+//! A training run on disk: a sealed file of the network's numbers.
 
 use super::network::Network;
 use super::recipe::Recipe;
-use crate::flights::data_hash::of_bytes;
+use crate::blob::sealed::{self, SealError};
 use serde::{Deserialize, Serialize};
 
 const MAGIC: &[u8; 8] = b"BNKFrec1";
-const HASH_BYTES: usize = 64;
 
 /// A run between two episodes.
 #[derive(Clone, Debug)]
@@ -27,12 +23,9 @@ pub struct Checkpoint {
 /// Why bytes are not a checkpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CheckpointError {
-    /// They start otherwise, or end too soon.
-    #[error("not a checkpoint of a recursive training run")]
-    NotACheckpoint,
-    /// Their fingerprint is wrong.
-    #[error("the checkpoint is damaged")]
-    Damaged,
+    /// They are not a whole checkpoint of a recursive training run.
+    #[error("not a usable checkpoint: it {0}")]
+    Seal(#[from] SealError),
     /// The network has another shape, or the header other fields: another version wrote it.
     #[error("the checkpoint was written by another version")]
     OtherVersion,
@@ -58,13 +51,7 @@ impl Checkpoint {
             updates,
         })
         .to_string();
-        let mut bytes = MAGIC.to_vec();
-        bytes.extend((header.len() as u32).to_le_bytes());
-        bytes.extend(header.as_bytes());
-        bytes.extend(state.iter().flat_map(|number| number.to_le_bytes()));
-        let hash = of_bytes(&bytes);
-        bytes.extend(hash.as_bytes());
-        bytes
+        sealed::seal(MAGIC, &header, state.into_iter())
     }
 
     /// The inverse of [`Self::to_bytes`].
@@ -72,32 +59,11 @@ impl Checkpoint {
     /// # Errors
     /// See [`CheckpointError`].
     pub fn parse(bytes: &[u8]) -> Result<Self, CheckpointError> {
-        let rest = bytes
-            .strip_prefix(MAGIC)
-            .ok_or(CheckpointError::NotACheckpoint)?;
-        let body = bytes.len().saturating_sub(HASH_BYTES);
-        if rest.len() < HASH_BYTES + 4 {
-            return Err(CheckpointError::NotACheckpoint);
-        }
-        if of_bytes(&bytes[..body]).as_bytes() != &bytes[body..] {
-            return Err(CheckpointError::Damaged);
-        }
-        let (length, rest) = rest[..rest.len() - HASH_BYTES].split_at(4);
-        let length = length
-            .iter()
-            .rev()
-            .fold(0, |sum, &byte| 256 * sum + usize::from(byte));
-        let (header, numbers) = rest
-            .split_at_checked(length)
-            .ok_or(CheckpointError::OtherVersion)?;
+        let (header, numbers) = sealed::open(MAGIC, bytes)?;
         let header: Header =
             serde_json::from_slice(header).map_err(|_| CheckpointError::OtherVersion)?;
-        let state: Vec<f32> = numbers
-            .chunks_exact(4)
-            .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
-            .collect();
         let network =
-            Network::from_state(&state, header.updates).ok_or(CheckpointError::OtherVersion)?;
+            Network::from_state(&numbers, header.updates).ok_or(CheckpointError::OtherVersion)?;
         Ok(Self {
             recipe: header.recipe,
             flights_hash: header.flights_hash,
@@ -131,23 +97,34 @@ mod tests {
     #[test]
     fn damage_is_found() {
         let bytes = checkpoint().to_bytes();
-        for length in [0, 7, 8, 40, 75] {
-            assert_eq!(
-                Checkpoint::parse(&bytes[..length]).unwrap_err(),
-                CheckpointError::NotACheckpoint
-            );
+        for (length, error) in [
+            (0, SealError::Magic),
+            (7, SealError::Magic),
+            (8, SealError::Damaged),
+            (75, SealError::Damaged),
+            (bytes.len() - 1, SealError::Damaged),
+        ] {
+            let refused = Checkpoint::parse(&bytes[..length]).unwrap_err();
+            assert_eq!(refused, CheckpointError::Seal(error), "{length}");
         }
-        assert_eq!(
-            Checkpoint::parse(&bytes[..bytes.len() - 1]).unwrap_err(),
-            CheckpointError::Damaged
-        );
         for at in [9, 40, 5000] {
             let mut bad = bytes.clone();
             bad[at] ^= 1;
-            assert_eq!(
-                Checkpoint::parse(&bad).unwrap_err(),
-                CheckpointError::Damaged
-            );
+            let refused = Checkpoint::parse(&bad).unwrap_err();
+            assert_eq!(refused, CheckpointError::Seal(SealError::Damaged));
         }
+    }
+
+    /// The layout of checkpoints that lie on disks already.
+    #[test]
+    fn the_file_is_magic_header_numbers_and_hash() {
+        let bytes = checkpoint().to_bytes();
+        assert_eq!(&bytes[..8], b"BNKFrec1");
+        let header = u32::from_le_bytes([bytes[8], bytes[9], bytes[10], bytes[11]]) as usize;
+        let (numbers, _) = checkpoint().network.to_state();
+        assert_eq!(bytes.len(), 12 + header + 4 * numbers.len() + 64);
+        assert_eq!(bytes[12], b'{');
+        let first = numbers[0].to_le_bytes();
+        assert_eq!(bytes[12 + header..][..4], first);
     }
 }

@@ -74,14 +74,7 @@ impl Recipe {
             stretch_max: 1.5,
             ..Augmentation::DEFAULT
         },
-        volume: Volume {
-            range_m_min: 300.0,
-            range_m_max: 3000.0,
-            range_m_mean: 1500.0,
-            range_m_sd: 700.0,
-            height_m_min: 20.0,
-            height_m_max: 400.0,
-        },
+        volume: Volume::COUNTER_UAS,
         ..Self::DEFAULT
     };
 

@@ -5,12 +5,17 @@ use super::trial::Cell;
 use crate::flights::flight::Flight;
 use crate::flights::generator::GeneratorSettings;
 use crate::radar::gaps::SamplingRate;
-use crate::radar::noise::{NoiseLevel, NoiseSigmas, NoiseTable};
+use crate::radar::noise::{COUNTER_UAS_ANGLES_DEG, NoiseLevel, NoiseSigmas, NoiseTable};
 use crate::radar::sampling::{RadarSettings, sample_radar};
 use crate::random_source::RandomSource;
 use crate::seed::name_id;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
+
+/// Samples from one scan of the counter-UAS radar to the next: 10, 5 and 1 Hz.
+pub const COUNTER_UAS_STRIDES: [usize; 3] = [1, 2, 10];
+/// Share of the counter-UAS radar's scans that miss the target.
+pub const COUNTER_UAS_MISSED: f64 = 0.1;
 
 /// Targets and radar.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -90,24 +95,18 @@ impl Scenario {
                     })
                 })
                 .collect(),
-            Self::CounterUas => [0.3, 0.5, 0.7]
+            Self::CounterUas => COUNTER_UAS_ANGLES_DEG
                 .into_iter()
-                .flat_map(|angle_deg| [1, 2, 10].map(|stride| (angle_deg, stride)))
+                .flat_map(|angle_deg| COUNTER_UAS_STRIDES.map(|stride| (angle_deg, stride)))
                 .map(|(angle_deg, stride)| scan_cell(flights, angle_deg, stride, seed))
                 .collect(),
         }
     }
 }
 
-/// Every `stride`-th sample with this error of both angles, one in ten missed.
+/// Every `stride`-th sample with this error of both angles, some missed.
 fn scan_cell(flights: &[Flight], angle_deg: f64, stride: usize, seed: u64) -> Cell {
-    let angle_rad = f64::to_radians(angle_deg);
-    let noise = NoiseSigmas {
-        range_m: 3.0,
-        elevation_rad: angle_rad,
-        azimuth_rad: angle_rad,
-        range_rate_mps: 0.2,
-    };
+    let noise = NoiseSigmas::counter_uas(angle_deg);
     let settings = RadarSettings {
         noise,
         stated: noise,
@@ -121,7 +120,7 @@ fn scan_cell(flights: &[Flight], angle_deg: f64, stride: usize, seed: u64) -> Ce
         let mut random = RandomSource::new(seed, &ids);
         let mut readings = sample_radar(flight, &settings);
         for (index, reading) in readings.iter_mut().enumerate().skip(1) {
-            if index % stride != 0 || random.chance(0.1) {
+            if index % stride != 0 || random.chance(COUNTER_UAS_MISSED) {
                 *reading = None;
             }
         }

@@ -1,0 +1,65 @@
+//! Every crate that the workspace builds from has a licence that this table allows, with the reason.
+
+use std::collections::BTreeMap;
+use std::process::Command;
+
+/// SPDX expressions as the crates' manifests write them, and why each is acceptable for a work under
+/// "MIT OR Apache-2.0" that ships source and a firmware image.
+const ALLOWED: [(&str, &str); 15] = [
+    ("MIT OR Apache-2.0", "the workspace's own"),
+    ("Apache-2.0 OR MIT", "the workspace's own"),
+    (
+        "MIT/Apache-2.0",
+        "the workspace's own, as it was once written",
+    ),
+    ("MIT", "permissive: keep the notice"),
+    ("Apache-2.0", "permissive: keep the notice"),
+    (
+        "Apache-2.0 WITH LLVM-exception OR Apache-2.0 OR MIT",
+        "taken as MIT",
+    ),
+    ("MIT OR Apache-2.0 OR LGPL-2.1-or-later", "taken as MIT"),
+    ("BSD-2-Clause OR Apache-2.0 OR MIT", "taken as MIT"),
+    ("Zlib OR Apache-2.0 OR MIT", "taken as MIT"),
+    ("Unlicense OR MIT", "taken as MIT"),
+    ("Unlicense/MIT", "taken as MIT"),
+    ("Apache-2.0 OR BSL-1.0", "taken as Apache-2.0"),
+    ("BSD-3-Clause", "permissive: keep the notice"),
+    (
+        "CC0-1.0",
+        "public domain; a build-time tool of a dependency",
+    ),
+    (
+        "(MIT OR Apache-2.0) AND Unicode-3.0",
+        "MIT, and Unicode's data: keep both notices",
+    ),
+];
+
+#[test]
+fn every_dependency_has_an_allowed_licence() {
+    let output = Command::new(env!("CARGO"))
+        .args(["metadata", "--locked", "--format-version", "1"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .expect("cargo runs");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "cargo metadata: {errors}");
+    let metadata: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let mut found: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for package in metadata["packages"].as_array().expect("packages") {
+        let licence = package["license"].as_str().unwrap_or("none named");
+        let name = package["name"].as_str().expect("a name");
+        found.entry(licence).or_default().push(name);
+    }
+    assert!(
+        found.values().map(Vec::len).sum::<usize>() > 50,
+        "{found:?}"
+    );
+    for (licence, crates) in &found {
+        let known = ALLOWED.iter().any(|(allowed, _)| allowed == licence);
+        assert!(known, "licence {licence:?} of {crates:?} is not allowed");
+    }
+    for (allowed, _) in ALLOWED {
+        assert!(found.contains_key(allowed), "no crate has {allowed:?} now");
+    }
+}

@@ -1,0 +1,36 @@
+#!/usr/bin/env bash
+# Checks what no test sees: formatting, clippy, the documentation's links, and the oldest compiler
+# that Cargo.toml names if it is installed. Warnings are errors. Runs all checks, then says which
+# failed. Licences are checked by tests/licences.rs.
+set -uo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+export CARGO_TERM_COLOR="${CARGO_TERM_COLOR:-never}"
+
+failed=()
+
+check() {
+    local name=$1
+    shift
+    printf 'lint: %s: %s\n' "$name" "$*"
+    "$@" || failed+=("$name")
+}
+
+check format cargo fmt --all --check
+check clippy cargo clippy --quiet --keep-going --locked --workspace --all-targets -- -D warnings
+check documentation env RUSTDOCFLAGS="-D warnings" \
+    cargo doc --quiet --keep-going --locked --workspace --no-deps
+
+oldest=$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
+if command -v rustup >/dev/null && rustup toolchain list | grep -q "^$oldest[.-]"; then
+    check "Rust $oldest" rustup run "$oldest" \
+        cargo check --quiet --locked --workspace --all-targets
+else
+    printf 'lint: Rust %s: not checked here; rustup toolchain install %s --profile minimal\n' \
+        "$oldest" "$oldest"
+fi
+
+if [ ${#failed[@]} -gt 0 ]; then
+    printf 'lint: failed: %s\n' "${failed[*]}" >&2
+    exit 1
+fi
+printf 'lint: all passed\n'
