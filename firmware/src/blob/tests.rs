@@ -270,22 +270,26 @@ fn passes_lie_between_1_and_the_limit() {
     }
 }
 
+/// Each parameter at its limits, just outside them, and at what is no number at all.
 #[test]
-fn only_the_mean_elevation_may_be_negative() {
-    let memoryless = Draft::memoryless(&[12, 3], 11);
-    let recursive = Draft::recursive(11);
-    for draft in [&memoryless, &recursive] {
-        for index in 0..draft.parameters.len() {
-            let signed = draft.kind == 2 && index == field::PARAMETER_ELEVATION;
-            for bad in [-1.0, 0.0, f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+fn parameters_are_refused_by_name_outside_their_limits() {
+    let drafts = [
+        (Draft::memoryless(&[12, 3], 11), Kind::Memoryless),
+        (Draft::recursive(11), Kind::Recursive),
+    ];
+    for (draft, kind) in drafts {
+        assert_eq!(draft.parameters.len(), kind.parameter_limits().len());
+        for (index, limits) in kind.parameter_limits().iter().enumerate() {
+            let read = |value: f32| {
                 let mut other = draft.clone();
-                other.parameters[index] = bad;
-                let read = changed(&other, |_| ());
-                if signed && bad.is_finite() {
-                    assert_eq!(read, Ok(()), "{bad}");
-                } else {
-                    assert_eq!(read, invalid(BlobField::Parameters), "{index}: {bad}");
-                }
+                other.parameters[index] = value;
+                changed(&other, |_| ())
+            };
+            assert_eq!(read(limits.least), Ok(()));
+            assert_eq!(read(limits.most), Ok(()));
+            let (below, above) = (limits.least - limits.least.abs() * 0.01, limits.most * 1.01);
+            for bad in [below, above, 1e38, -1e38, f32::NAN, f32::INFINITY] {
+                assert_eq!(read(bad), Err(BlobError::Parameter(limits.name)), "{bad}");
             }
         }
     }
