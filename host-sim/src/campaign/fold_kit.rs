@@ -185,11 +185,7 @@ impl Task<'_> {
             TunedOn::Generated => generated,
             TunedOn::Recordings => self.flights.to_vec(),
             TunedOn::Both => {
-                let count = self
-                    .flights
-                    .len()
-                    .max(GENERATED_IN_BOTH)
-                    .min(FLIGHTS_MAX / 2);
+                let count = self.flights.len().clamp(GENERATED_IN_BOTH, FLIGHTS_MAX / 2);
                 spread(&generated, count)
                     .chain(spread(self.flights, FLIGHTS_MAX / 2))
                     .collect()
