@@ -1,6 +1,7 @@
 //! Flights, radar sampling, training and export of variational Bayesian networks.
 
 pub mod atomic_file;
+pub mod attack;
 pub mod autodiff;
 pub mod blob;
 pub mod cmd;
@@ -14,3 +15,4 @@ pub mod radar;
 pub mod random_source;
 pub mod recursive;
 pub mod seed;
+pub mod soundness;

@@ -9,9 +9,9 @@ use crate::radar::noise::{NoiseLevel, NoiseTable};
 use crate::radar::sampling::{RadarSettings, sample_radar, time_us};
 use crate::random_source::RandomSource;
 use crate::seed::name_id;
+use crate::soundness::{is_definite, is_finite};
 use bnkf::blob::Blob;
-use bnkf::{Correction, Estimate, Measurement, Mode, Motion, Settings, StepError, Tracker};
-use nalgebra::{Matrix3, SMatrix};
+use bnkf::{Correction, Measurement, Mode, Settings, StepError, Tracker};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -180,38 +180,14 @@ fn tally(trial: &Trial, mut tracker: Tracker<'_>) -> Tally {
             in_a_row = 0;
         }
         tally.estimates += 1;
-        tally.not_finite += usize::from(!finite(&estimate));
-        tally.not_definite += usize::from(!definite(&estimate));
+        tally.not_finite += usize::from(!is_finite(&estimate));
+        tally.not_definite += usize::from(!is_definite(&estimate));
         let error: f64 = (0..3)
             .map(|i| (f64::from(estimate.position_m[i]) - sample.position_m[i]).powi(2))
             .sum();
         tally.distance_m += error.sqrt();
     }
     tally
-}
-
-fn finite(estimate: &Estimate) -> bool {
-    let numbers = |motion: &Motion| {
-        let vectors = motion.velocity_mps.iter().chain(&motion.acceleration_mps2);
-        vectors
-            .chain(motion.covariance.iter().flatten())
-            .all(|x| x.is_finite())
-    };
-    estimate.position_m.iter().all(|x| x.is_finite())
-        && estimate.nis.is_finite()
-        && estimate.motion.as_ref().is_none_or(numbers)
-}
-
-fn definite(estimate: &Estimate) -> bool {
-    let c = &estimate.covariance_m2;
-    let position = Matrix3::from_fn(|i, j| f64::from(c[i][j]));
-    let motion = |motion: &Motion| {
-        let full = SMatrix::<f64, 9, 9>::from_fn(|i, j| f64::from(motion.covariance[i][j]));
-        full == full.transpose() && full.cholesky().is_some()
-    };
-    position == position.transpose()
-        && position.cholesky().is_some()
-        && estimate.motion.as_ref().is_none_or(motion)
 }
 
 fn trial(hardship: Hardship, index: usize, seed: u64) -> Trial {
