@@ -22,6 +22,7 @@ pub mod image_session;
 pub mod method;
 pub mod metrics;
 pub mod model;
+pub mod output_folder;
 pub mod paired;
 pub mod phase;
 pub mod plot;

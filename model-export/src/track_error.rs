@@ -75,7 +75,20 @@ pub enum TrackError {
         /// The offending value.
         value: f64,
     },
-    /// Less than [`STEP_S_MIN`] after the sample before.
+    /// Less than [`STEP_S_MIN`] after the sample before, but after it.
+    #[error(
+        "time {time_s} s is {:.2} us after {previous_s} s, the sample before: closer than 1 us, which times are counted in",
+        1e6 * (time_s - previous_s)
+    )]
+    TimesTooClose {
+        /// Where.
+        index: usize,
+        /// The time before, seconds.
+        previous_s: f64,
+        /// The offending time, seconds.
+        time_s: f64,
+    },
+    /// Not after the sample before.
     #[error("time {time_s} s does not follow {previous_s} s")]
     TimeNotIncreasing {
         /// Where.
@@ -95,6 +108,7 @@ impl TrackError {
             Self::TooFewSamples { .. } => None,
             Self::NotFinite { index, .. }
             | Self::OutOfRange { index, .. }
+            | Self::TimesTooClose { index, .. }
             | Self::TimeNotIncreasing { index, .. } => Some(*index),
         }
     }
@@ -118,12 +132,22 @@ pub(crate) fn check_track(rows: &[[f64; 4]]) -> Result<(), TrackError> {
                 });
             }
         }
-        if index > 0 && row[0] - rows[index - 1][0] < STEP_S_MIN {
-            return Err(TrackError::TimeNotIncreasing {
-                index,
-                previous_s: rows[index - 1][0],
-                time_s: row[0],
-            });
+        if index > 0 {
+            let (previous_s, time_s) = (rows[index - 1][0], row[0]);
+            if time_s <= previous_s {
+                return Err(TrackError::TimeNotIncreasing {
+                    index,
+                    previous_s,
+                    time_s,
+                });
+            }
+            if time_s - previous_s < STEP_S_MIN {
+                return Err(TrackError::TimesTooClose {
+                    index,
+                    previous_s,
+                    time_s,
+                });
+            }
         }
     }
     if rows.len() < SAMPLES_MIN {

@@ -1,6 +1,6 @@
 //! `model-export train --kind memoryless`: trains BNN, BNKF or BNKFe and writes the blob.
 
-use super::train::{Outcome, Run, TrainError};
+use super::train::{CHECKPOINT_BYTES_MAX, Outcome, Run, TrainError};
 use crate::atomic_file;
 use crate::checkpoint;
 use crate::command_line::command_line;
@@ -11,6 +11,7 @@ use crate::memoryless_model::MemorylessModel;
 use crate::noise::NoiseTable;
 use crate::provenance::{self, Provenance};
 use crate::quantise::{layer_errors, quantise};
+use crate::regular_file;
 use crate::training::{Control, End, Event, State, Training};
 use crate::training_data::TrainingData;
 use crate::training_progress::TrainingProgress;
@@ -224,11 +225,9 @@ fn start(
         return Ok(State::start(settings)?);
     }
     let path = run.checkpoint.to_owned();
-    match std::fs::read(&path) {
-        Ok(bytes) => checkpoint::parse(&bytes, settings, &data.sha256)
-            .map_err(|cause| TrainError::Checkpoint { path, cause }),
-        Err(cause) => Err(TrainError::Read { path, cause }),
-    }
+    let bytes = regular_file::read(&path, CHECKPOINT_BYTES_MAX)?;
+    checkpoint::parse(&bytes, settings, &data.sha256)
+        .map_err(|cause| TrainError::Checkpoint { path, cause })
 }
 
 fn write(

@@ -18,6 +18,7 @@ use crate::cell::Cell;
 use crate::fold::Folds;
 use crate::method::Method;
 use crate::model::Model;
+use crate::output_folder;
 use crate::report::{self, Material};
 use crate::results_json::ModelProvenance;
 use crate::scenario::Scenario;
@@ -37,7 +38,12 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
         None if args.quick => scenario.radar.tables.truncate(1),
         None => {}
     }
+    // Before the work, not after it.
+    output_folder::prepare(&args.out)?;
     let data = Data::of(args, &scenario)?;
+    for remark in &data.remarks {
+        eprintln!("{remark}");
+    }
     for reason in &data.unplaced {
         eprintln!("warning: left out: {reason}");
     }
@@ -67,7 +73,10 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
         seed: args.seed,
         scenario,
     };
-    let provenance = provenance(args, &campaign, data.source, data.sha256, data.unplaced);
+    let provenance = CampaignProvenance {
+        remarks: data.remarks,
+        ..provenance(args, &campaign, data.source, data.sha256, data.unplaced)
+    };
     if args.quick {
         eprintln!("{}", quick_note(&campaign));
     }
@@ -159,6 +168,7 @@ fn provenance(
         runs: usize::from(args.runs),
         recordings: recordings.len(),
         unplaced,
+        remarks: Vec::new(),
         folds: campaign.folds.count,
         quick: args.quick,
         epochs: campaign.epochs,

@@ -21,6 +21,8 @@ pub struct Data {
     pub sha256: String,
     /// Segments that do not fit into the volume, and why.
     pub unplaced: Vec<String>,
+    /// What was assumed and what is suspicious about them.
+    pub remarks: Vec<String>,
 }
 
 impl Data {
@@ -34,8 +36,11 @@ impl Data {
 
     fn recorded(path: &Path, args: &Args, scenario: &Scenario) -> Result<Self, FlightSetError> {
         let (mut runs, mut sha256, mut unplaced) = (Vec::new(), String::new(), Vec::new());
+        let mut remarks = Vec::new();
         for run in 0..u64::from(args.runs) {
             let preparation = Preparation {
+                reading: args.reading.clone(),
+                expected: scenario.volume,
                 segment_s: args.segment_s,
                 volume: args.place.then_some(scenario.volume),
                 radar_m: args.radar.0,
@@ -47,6 +52,9 @@ impl Data {
             let set = FlightSet::read(path, &preparation)?;
             runs.push(set.segments);
             sha256 = set.sha256;
+            if run == 0 {
+                remarks = set.remarks;
+            }
             for reason in set.unplaced {
                 // What never fits is said once.
                 if run == 0 {
@@ -61,6 +69,7 @@ impl Data {
             source: path.display().to_string(),
             sha256,
             unplaced,
+            remarks,
         })
     }
 
@@ -90,6 +99,7 @@ impl Data {
             source: format!("built-in generator, seed {}", args.seed),
             sha256,
             unplaced: Vec::new(),
+            remarks: Vec::new(),
         })
     }
 }
