@@ -4,6 +4,7 @@ pub mod architecture;
 pub mod atomic_file;
 pub mod blob_description;
 pub mod blob_writer;
+pub mod brief_number;
 pub mod checkpoint;
 pub mod cmd;
 pub mod command_line;

@@ -1,5 +1,7 @@
 //! What makes a list of times and positions unusable as a flight.
 
+use crate::brief_number::brief;
+
 /// Fewest samples of a flight: what a centred velocity needs.
 pub const SAMPLES_MIN: usize = 3;
 /// Shortest time between two samples, seconds. Radar readings count microseconds.
@@ -66,7 +68,7 @@ pub enum TrackError {
         field: SampleField,
     },
     /// Beyond [`SampleField::bound`].
-    #[error("`{field}` = {value} is beyond +-{}", field.bound())]
+    #[error("`{field}` = {} is beyond +-{}", brief(*value), field.bound())]
     OutOfRange {
         /// Where.
         index: usize,
@@ -77,8 +79,10 @@ pub enum TrackError {
     },
     /// Less than [`STEP_S_MIN`] after the sample before, but after it.
     #[error(
-        "time {time_s} s is {:.2} us after {previous_s} s, the sample before: closer than 1 us, which times are counted in",
-        1e6 * (time_s - previous_s)
+        "time {} s is {:.2} us after {} s, the sample before: closer than 1 us, which times are counted in",
+        brief(*time_s),
+        1e6 * (time_s - previous_s),
+        brief(*previous_s)
     )]
     TimesTooClose {
         /// Where.
@@ -89,7 +93,7 @@ pub enum TrackError {
         time_s: f64,
     },
     /// Not after the sample before.
-    #[error("time {time_s} s does not follow {previous_s} s")]
+    #[error("time {} s does not follow {} s", brief(*time_s), brief(*previous_s))]
     TimeNotIncreasing {
         /// Where.
         index: usize,

@@ -2,6 +2,7 @@
 
 use std::ops::{Range, RangeInclusive};
 
+use bnkf_model_export::brief_number::brief;
 use bnkf_model_export::data_hash;
 use bnkf_model_export::flight::SAMPLES_MIN;
 use bnkf_model_export::gaps::SamplingRate;
@@ -110,7 +111,8 @@ impl Place<'_> {
             return Ok(number);
         }
         let message = format!(
-            "`{name}` = {number} is not between {} and {}",
+            "`{name}` = {} is not between {} and {}",
+            brief(number),
             limits.start(),
             limits.end()
         );
