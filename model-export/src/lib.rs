@@ -3,6 +3,7 @@
 pub mod atomic_file;
 pub mod autodiff;
 pub mod blob;
+pub mod brief_number;
 pub mod cmd;
 pub mod command_line;
 pub mod flights;
@@ -13,4 +14,5 @@ pub mod posterior;
 pub mod radar;
 pub mod random_source;
 pub mod recursive;
+pub mod regular_file;
 pub mod seed;

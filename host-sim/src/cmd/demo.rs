@@ -19,6 +19,7 @@ use crate::contest::flight_kind::first_of_each;
 use crate::contest::model::{Model, ModelError};
 use crate::contest::roster::{Roster, RosterError, Supplies};
 use crate::method::Method;
+use crate::output_folder::{self, OutputFolderError};
 use crate::plot::metrics_figure;
 use crate::plot::trajectory_figure;
 use crate::report::results_json::{self, ModelProvenance, Provenance, Results};
@@ -52,14 +53,9 @@ pub enum DemoError {
     /// A method cannot run.
     #[error(transparent)]
     Roster(#[from] RosterError),
-    /// The output folder cannot be made.
-    #[error("{}: cannot make the folder: {cause}", path.display())]
-    Folder {
-        /// The folder.
-        path: PathBuf,
-        /// What the system said.
-        cause: std::io::Error,
-    },
+    /// The output folder cannot take results.
+    #[error(transparent)]
+    Folder(#[from] OutputFolderError),
     /// A file cannot be written.
     #[error(transparent)]
     Write(#[from] AtomicWriteError),
@@ -73,10 +69,7 @@ pub enum DemoError {
 /// # Errors
 /// See [`DemoError`].
 pub fn run(args: &Args) -> Result<(), DemoError> {
-    std::fs::create_dir_all(&args.out).map_err(|cause| DemoError::Folder {
-        path: args.out.clone(),
-        cause,
-    })?;
+    output_folder::prepare(&args.out)?;
     let settings = GeneratorSettings {
         flights: FLIGHTS,
         seed: FLIGHT_SEED,
@@ -166,6 +159,7 @@ fn provenance(flights: &[Flight], models: &[Model]) -> Provenance {
         flights: flights.len(),
         segments: flights.len(),
         unplaced: Vec::new(),
+        remarks: Vec::new(),
         segment_s: 0.0,
         placed: false,
         radar_m: [0.0; 3],

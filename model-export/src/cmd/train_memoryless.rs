@@ -1,6 +1,6 @@
 //! `model-export train --kind memoryless`: trains BNN, BNKF or BNKFe and writes the blob.
 
-use super::train::{Outcome, Run, TrainError};
+use super::train::{CHECKPOINT_BYTES_MAX, Outcome, Run, TrainError};
 use crate::atomic_file;
 use crate::blob::quantise::{layer_errors, quantise};
 use crate::blob::unrounded;
@@ -18,6 +18,7 @@ use crate::memoryless::training_settings::{
     Divergence, ErrorScale, Features, TrainingSettings, TrainingSettingsError,
 };
 use crate::radar::noise::NoiseTable;
+use crate::regular_file;
 use std::io::Write as _;
 use std::time::{Duration, Instant};
 
@@ -224,11 +225,9 @@ fn start(
         return Ok(State::start(settings)?);
     }
     let path = run.checkpoint.to_owned();
-    match std::fs::read(&path) {
-        Ok(bytes) => checkpoint::parse(&bytes, settings, &data.sha256)
-            .map_err(|cause| TrainError::Checkpoint { path, cause }),
-        Err(cause) => Err(TrainError::Read { path, cause }),
-    }
+    let bytes = regular_file::read(&path, CHECKPOINT_BYTES_MAX)?;
+    checkpoint::parse(&bytes, settings, &data.sha256)
+        .map_err(|cause| TrainError::Checkpoint { path, cause })
 }
 
 fn write(

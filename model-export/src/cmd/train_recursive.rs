@@ -1,7 +1,7 @@
 //! `model-export train --kind recursive`: trains the recursive estimator and writes its blob.
 
 use super::flight_source::{FlightSourceError, NamedFlights};
-use super::train::{Outcome, Run, TrainError};
+use super::train::{CHECKPOINT_BYTES_MAX, Outcome, Run, TrainError};
 use crate::atomic_file;
 use crate::blob::quantise::layer_errors;
 use crate::blob::unrounded;
@@ -17,6 +17,7 @@ use crate::recursive::recipe::Recipe;
 use crate::recursive::scenario::Scenario;
 use crate::recursive::training::{ResumeError, Training};
 use crate::recursive::training_progress::RecursiveProgress;
+use crate::regular_file;
 use bnkf::blob::Blob;
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -149,11 +150,9 @@ fn start<'f>(
         return Ok(Training::new(recipe, &named.flights)?);
     }
     let path: PathBuf = run.checkpoint.to_owned();
-    match std::fs::read(&path) {
-        Ok(bytes) => Training::resume(recipe, &named.flights, &bytes)
-            .map_err(|cause: ResumeError| TrainError::RecursiveCheckpoint { path, cause }),
-        Err(cause) => Err(TrainError::Read { path, cause }),
-    }
+    let bytes = regular_file::read(&path, CHECKPOINT_BYTES_MAX)?;
+    Training::resume(recipe, &named.flights, &bytes)
+        .map_err(|cause: ResumeError| TrainError::RecursiveCheckpoint { path, cause })
 }
 
 fn write(

@@ -168,6 +168,8 @@ impl TrainingSettings {
             ("rate", self.rate, 0.0, 1.0),
             ("grid-rate", self.grid_rate, 0.0, 1.0),
             ("held-out", self.held_out, 0.0, 0.9),
+            // None at all is a choice, which the others are not.
+            ("grid-epochs", f64::from(self.grid_epochs), -1.0, 1e6),
         ] {
             if !(value > above && value <= most) {
                 return Err(TrainingSettingsError::OutOfRange {

@@ -19,6 +19,7 @@ use crate::contest::fold::Folds;
 use crate::contest::model::Model;
 use crate::contest::{default_models, runtime};
 use crate::method::Method;
+use crate::output_folder;
 use crate::report::campaign_results::{self, CampaignProvenance};
 use crate::report::results_json::ModelProvenance;
 use crate::report::{self, Material, table};
@@ -39,7 +40,12 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
         None if args.quick => scenario.radar.tables.truncate(1),
         None => {}
     }
+    // Before the work, not after it.
+    output_folder::prepare(&args.out)?;
     let data = Data::of(args, &scenario)?;
+    for remark in &data.remarks {
+        eprintln!("{remark}");
+    }
     for reason in &data.unplaced {
         eprintln!("warning: left out: {reason}");
     }
@@ -71,7 +77,10 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
         seed: args.seed,
         scenario,
     };
-    let provenance = provenance(args, &campaign, data.source, data.sha256, data.unplaced);
+    let provenance = CampaignProvenance {
+        remarks: data.remarks,
+        ..provenance(args, &campaign, data.source, data.sha256, data.unplaced)
+    };
     if args.quick {
         eprintln!("{}", quick_note(&campaign));
     }
@@ -169,6 +178,7 @@ fn provenance(
         runs: usize::from(args.runs),
         recordings: recordings.len(),
         unplaced,
+        remarks: Vec::new(),
         folds: campaign.folds.count,
         quick: args.quick,
         tuning_flights: campaign.to_tune_on.len(),
