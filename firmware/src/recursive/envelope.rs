@@ -3,8 +3,11 @@
 use super::motion::State;
 use super::population::Population;
 
-/// Deviations from the population that count as inside.
-const SIGMAS: f32 = 4.0;
+/// Deviations of the population's speed and acceleration that count as inside: flights are played
+/// faster and stretched in training, so their tails are long.
+const MOTION_SIGMAS: f32 = 4.0;
+/// Deviations of the population's range and elevation that count as its volume.
+const PLACE_SIGMAS: f32 = 3.0;
 
 /// The bounds of a model, from its blob's population.
 #[derive(Clone, Copy, Debug)]
@@ -27,13 +30,13 @@ impl Envelope {
         let vertical = p.vertical_sigma_mps * p.vertical_sigma_mps;
         let speed_sigma = libm::sqrtf(2.0 * horizontal + vertical);
         let between = |mean: f32, sigma: f32| {
-            let reach = SIGMAS * sigma;
+            let reach = PLACE_SIGMAS * sigma;
             [mean - reach, mean + reach]
         };
         let right_angle = core::f32::consts::FRAC_PI_2;
         Self {
-            speed_max_mps: SIGMAS * speed_sigma,
-            acceleration_max_mps2: SIGMAS * libm::sqrtf(3.0) * p.acceleration_sigma_mps2,
+            speed_max_mps: MOTION_SIGMAS * speed_sigma,
+            acceleration_max_mps2: MOTION_SIGMAS * libm::sqrtf(3.0) * p.acceleration_sigma_mps2,
             range_m: between(p.range_m, p.range_sigma_m),
             elevation_sine: between(p.elevation_rad, p.elevation_sigma_rad)
                 .map(|angle| libm::sinf(angle.clamp(-right_angle, right_angle))),
@@ -92,18 +95,18 @@ mod tests {
     }
 
     #[test]
-    fn the_volume_ends_at_four_deviations() {
+    fn the_volume_ends_at_three_deviations() {
         let envelope = envelope();
         for (range, elevation, inside) in [
             (30.0, 0.5, true),
-            (10.1, 0.5, true),
-            (9.9, 0.5, false),
-            (49.9, 0.5, true),
-            (50.1, 0.5, false),
-            (30.0, 0.89, true),
-            (30.0, 0.91, false),
-            (30.0, 0.11, true),
-            (30.0, 0.09, false),
+            (15.1, 0.5, true),
+            (14.9, 0.5, false),
+            (44.9, 0.5, true),
+            (45.1, 0.5, false),
+            (30.0, 0.79, true),
+            (30.0, 0.81, false),
+            (30.0, 0.21, true),
+            (30.0, 0.19, false),
             (30.0, -0.5, false),
         ] {
             let holds = envelope.holds_place(&placed(range, elevation));

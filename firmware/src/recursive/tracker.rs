@@ -225,7 +225,9 @@ impl<'a> Recursive<'a> {
             let schedule = if !self.envelope.holds_motion(&track.state) {
                 step.notes = [0.0; NOTES];
                 Schedule::wide(&self.base)
-            } else if track.memory.coast_s > SILENCE_MAX_S {
+            } else if track.memory.coast_s > SILENCE_MAX_S
+                || !self.envelope.holds_place(&track.state)
+            {
                 step.notes = [0.0; NOTES];
                 Schedule::read(&[0.0; OUTPUTS], &self.base)
             } else {
