@@ -332,3 +332,56 @@ fn absurd_numbers_are_refused_with_their_range() {
         assert!(!said.contains("panicked"), "{said}");
     }
 }
+
+/// A reader that went away (`| head`) costs no file.
+#[cfg(unix)]
+#[test]
+fn a_closed_standard_output_costs_no_results() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for name in ["a.csv", "b.csv"] {
+        write(folder, name, "timestamp,tx,ty,tz", |t, [x, y, z]| {
+            format!("{t:.1},{x},{y},{z}")
+        });
+    }
+    for (arguments, result) in [
+        (
+            &[
+                "evaluate",
+                "--methods",
+                "ekf",
+                "--flights",
+                ".",
+                "--json",
+                "r.json",
+            ][..],
+            "r.json",
+        ),
+        (
+            &[
+                "evaluate",
+                "--quick",
+                "--folds",
+                "2",
+                "--methods",
+                "ekf",
+                "--flights",
+                ".",
+                "--out",
+                "out",
+            ],
+            "out/report.html",
+        ),
+    ] {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+            .current_dir(folder)
+            .args(arguments)
+            .stdout(writer)
+            .output()
+            .unwrap();
+        assert!(complaint(&output).contains("standard output"), "{output:?}");
+        assert!(folder.join(result).is_file(), "{result}");
+    }
+}

@@ -95,13 +95,10 @@ pub fn run(args: &Args) -> Result<(), DemoError> {
     let cells = evaluation.run(&|| bar.inc(1));
     bar.finish_and_clear();
 
-    let mut stdout = std::io::stdout();
-    writeln!(
-        stdout,
-        "{FLIGHTS} built-in flights of 15 s, six methods on the same readings\n"
-    )?;
-    stdout.write_all(table::render(&cells).as_bytes())?;
-    writeln!(stdout)?;
+    let mut said = format!(
+        "{FLIGHTS} built-in flights of 15 s, six methods on the same readings\n\n{}\n",
+        table::render(&cells)
+    );
     let figures = [
         (
             "trajectory.svg",
@@ -112,7 +109,7 @@ pub fn run(args: &Args) -> Result<(), DemoError> {
     for (name, figure) in figures {
         let path = args.out.join(name);
         atomic_file::write(&path, figure.as_bytes())?;
-        writeln!(stdout, "{}", path.display())?;
+        said += &format!("{}\n", path.display());
     }
     let path = args.out.join("results.json");
     let results = Results {
@@ -120,7 +117,9 @@ pub fn run(args: &Args) -> Result<(), DemoError> {
         provenance: provenance(&flights, &models),
     };
     results_json::write(&path, &results)?;
-    writeln!(stdout, "{}", path.display())?;
+    said += &format!("{}\n", path.display());
+    // Only now: a closed pipe costs no results.
+    std::io::stdout().write_all(said.as_bytes())?;
     Ok(())
 }
 

@@ -196,6 +196,10 @@ pub fn parse(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<FlightFi
 fn header<'a>(bytes: &'a [u8], options: &ReadOptions) -> Result<(Records<'a>, Columns), Located> {
     let mut best: Option<(usize, Located)> = None;
     for separator in Separator::ALL {
+        // Commas are tried in any case, for the sake of an error to give.
+        if separator != Separator::Comma && !separator.occurs_in(bytes) {
+            continue;
+        }
         let found = header_by(bytes, separator, options);
         match found {
             Ok(found) => return Ok(found),

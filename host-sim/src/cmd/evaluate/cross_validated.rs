@@ -88,7 +88,7 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
     let work = WorkFolder::open(&args.out.join("work"), &plan)?;
     let bar: Mutex<Option<ProgressBar>> = Mutex::new(None);
     let outcome = campaign.run(&work, &|told| show(&bar, told))?;
-    let mut stdout = std::io::stdout();
+    let mut said = String::new();
     for noise_table in &campaign.scenario.radar.tables {
         let cells = outcome
             .cells
@@ -102,20 +102,16 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
                 metrics: cell.metrics,
             })
             .collect();
-        writeln!(
-            stdout,
-            "angle figures as {noise_table}\n\n{}",
+        said += &format!(
+            "angle figures as {noise_table}\n\n{}\n",
             table::render(&cells)
-        )?;
+        );
     }
     if campaign.tuned_on.len() > 1 && !outcome.candidates.is_empty() {
-        writeln!(
-            stdout,
-            "Tuned filters: the best in each cell of three fits, to generated flights, to the other recordings and to both.\n"
-        )?;
+        said += "Tuned filters: the best in each cell of three fits, to generated flights, to the other recordings and to both.\n\n";
     }
     for name in campaign_results::write(&args.out, &outcome, &provenance)? {
-        writeln!(stdout, "{}", args.out.join(name).display())?;
+        said += &format!("{}\n", args.out.join(name).display());
     }
     let times = campaign.times(&work)?;
     // Apart from the results, which are the same bytes on every run: times are not.
@@ -133,10 +129,12 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
     for file in report::files(&material) {
         let path = args.out.join(&file.name);
         atomic_file::write(&path, file.text.as_bytes())?;
-        writeln!(stdout, "{}", path.display())?;
+        said += &format!("{}\n", path.display());
     }
     // Only now: whoever kills this run before its results are written finds the pieces again.
     work.remove()?;
+    // And last what a closed pipe may refuse.
+    std::io::stdout().write_all(said.as_bytes())?;
     Ok(())
 }
 

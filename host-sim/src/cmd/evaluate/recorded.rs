@@ -19,16 +19,17 @@ use crate::report::results_json::{self, ModelProvenance, Provenance, Results};
 use crate::report::table;
 use crate::scenario::radar::Radar;
 
-/// Prints the table and writes the JSON file, if one was asked for.
+/// Writes the JSON file, if one was asked for, and prints the table.
 pub fn run(args: &Args, flights: &Path) -> Result<(), EvaluateError> {
     if let Some(path) = &args.json {
         atomic_file::check(&[path])?;
     }
     let results = evaluate(args, flights)?;
-    std::io::stdout().write_all(table::render(&results.cells).as_bytes())?;
     if let Some(path) = &args.json {
         results_json::write(path, &results)?;
     }
+    // Only now: a closed pipe costs no results.
+    std::io::stdout().write_all(table::render(&results.cells).as_bytes())?;
     Ok(())
 }
 

@@ -34,6 +34,11 @@ impl Separator {
         }
     }
 
+    /// Whether it stands anywhere in `bytes`.
+    pub fn occurs_in(self, bytes: &[u8]) -> bool {
+        bytes.contains(&self.byte())
+    }
+
     fn byte(self) -> u8 {
         match self {
             Self::Comma => b',',
