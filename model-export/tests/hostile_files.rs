@@ -219,3 +219,41 @@ fn absurd_numbers_of_flights_are_refused() {
         );
     }
 }
+
+/// The seal of a file is no secret: one network too many is found without it.
+#[test]
+fn unrounded_weights_with_an_extra_network_are_not_verified() {
+    use bnkf_model_export::blob::unrounded;
+    let folder = tempfile::tempdir().unwrap();
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../models");
+    for name in ["bnkf.bnkf", "recursive.bnkf"] {
+        let blob = std::fs::read(models.join(name)).unwrap();
+        let weights = std::fs::read(models.join(format!("{name}.f32"))).unwrap();
+        let mut networks = unrounded::parse(&weights, &blob).unwrap();
+        networks.push(networks[0].clone());
+        std::fs::write(folder.path().join(name), &blob).unwrap();
+        let resealed = unrounded::to_bytes(&blob, &networks);
+        std::fs::write(folder.path().join(format!("{name}.f32")), resealed).unwrap();
+        let said = complaint(&run(folder.path(), &["verify", name]));
+        assert!(
+            said.starts_with(&format!("error: {name}.f32: holds networks ")),
+            "{said}"
+        );
+    }
+}
+
+/// Three samples have no spread for a blob's population.
+#[test]
+fn flights_that_give_no_model_are_found_before_the_first_epoch() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let three = "timestamp,tx,ty,tz\n0,25,12,9\n0.1,25.1,12,9\n0.2,25.2,12,9\n";
+    std::fs::write(folder.join("three.csv"), three).unwrap();
+    let arguments = "train --kind recursive --flights three.csv --episodes 1000000 --out m.bnkf";
+    let arguments: Vec<&str> = arguments.split(' ').collect();
+    let output = run(folder, &arguments);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("too few or too alike for a model"), "{said}");
+    assert!(!said.contains("episode 1/"), "{said}");
+}

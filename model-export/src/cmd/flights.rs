@@ -116,7 +116,7 @@ mod tests {
 
     #[derive(clap::Parser)]
     #[command(no_binary_name = true)]
-    struct Args {
+    struct Line {
         #[command(flatten)]
         args: super::Args,
     }
@@ -159,7 +159,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("flights");
         let out = path.to_str().unwrap();
-        let Args { args } = Args::parse_from(["--builtin", "12", "--out", out]);
+        let Line { args } = Line::parse_from(["--builtin", "12", "--out", out]);
         run(&args).unwrap();
         let written = std::fs::read_dir(&path).unwrap();
         let mut files = 0;

@@ -137,6 +137,9 @@ pub enum TrainError {
     /// The tracker refuses the trained model.
     #[error("the trained model: {0}")]
     Passes(TrackerError),
+    /// No blob can hold what the flights' statistics are; found before the first epoch.
+    #[error("these flights are too few or too alike for a model, which no blob would hold: {0}")]
+    Statistics(BlobError),
     /// The weights fit into no blob.
     #[error("the trained weights fit into no blob: {0}")]
     Blob(#[from] BlobError),

@@ -25,6 +25,8 @@ use std::time::{Duration, Instant};
 
 /// Time between two checkpoints.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(30);
+/// Largest weight of the distance.
+const WEIGHT_MAX: f64 = 1000.0;
 /// Seed of the radar's noise over the held-out flights.
 const HELD_OUT_SEED: u64 = 3;
 
@@ -67,8 +69,8 @@ impl RecursiveArgs {
 
 fn weight(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(weight) if weight.is_finite() && weight >= 0.0 => Ok(weight),
-        Ok(_) => Err("a weight is finite and not negative".to_owned()),
+        Ok(weight) if (0.0..=WEIGHT_MAX).contains(&weight) => Ok(weight),
+        Ok(_) => Err(format!("a weight is 0 to {WEIGHT_MAX}")),
         Err(error) => Err(error.to_string()),
     }
 }
@@ -93,6 +95,8 @@ pub fn train(run: &Run<'_>, args: &RecursiveArgs) -> Result<Outcome, TrainError>
         named.flights.len()
     );
     let mut training = start(run, recipe, &named)?;
+    // What the flights contribute to the blob does not change any more.
+    training.model().blob().map_err(TrainError::Statistics)?;
     let mut progress = RecursiveProgress::new(training.recipe.episodes, training.episode);
     let mut saved = Instant::now();
     while training.episode < training.recipe.episodes {

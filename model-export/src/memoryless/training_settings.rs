@@ -1,5 +1,6 @@
 //! What a training run is asked to do.
 
+use crate::brief_number::brief;
 use crate::posterior::architecture::{Architecture, ArchitectureError};
 use crate::radar::noise::NoiseTable;
 use bnkf::blob::FeatureLayout;
@@ -96,7 +97,7 @@ pub enum TrainingSettingsError {
     #[error("--hidden: {0}")]
     Hidden(#[from] ArchitectureError),
     /// A number is NaN or outside its bounds.
-    #[error("--{option} {value} is not above {above} and at most {most}")]
+    #[error("--{option} {} is not above {above} and at most {most}", brief(*value))]
     OutOfRange {
         /// The option.
         option: &'static str,

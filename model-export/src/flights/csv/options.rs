@@ -5,7 +5,6 @@ use super::time_unit::TimeUnit;
 
 /// How flight files are read where their header does not say it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, clap::Args)]
-#[command(next_help_heading = "Options for the form of flight files")]
 pub struct ReadOptions {
     /// Unit of the times [default: what the column's name says, else what gives plausible steps and
     /// speeds; other than seconds is then said]
