@@ -135,19 +135,19 @@ mod tests {
     const DRAWS: usize = 2_000_000;
 
     /// Gives the words it was given, in order, and no more than those.
-    struct Script(std::vec::IntoIter<u32>);
+    struct Script<'a>(core::slice::Iter<'a, u32>);
 
-    impl Script {
-        fn new(words: &[u32]) -> Self {
-            Self(words.to_vec().into_iter())
+    impl<'a> Script<'a> {
+        fn new(words: &'a [u32]) -> Self {
+            Self(words.iter())
         }
     }
 
-    impl rand_core::TryRng for Script {
+    impl rand_core::TryRng for Script<'_> {
         type Error = core::convert::Infallible;
 
         fn try_next_u32(&mut self) -> Result<u32, Self::Error> {
-            Ok(self.0.next().expect("no more words are drawn"))
+            Ok(*self.0.next().expect("no more words are drawn"))
         }
 
         fn try_next_u64(&mut self) -> Result<u64, Self::Error> {
@@ -278,8 +278,8 @@ mod tests {
         let beside = (TABLES.inside[7] + (1 << 16)) & !127 | 7;
         let (layer, x, inside) = candidate(beside);
         assert!(layer == 7 && !inside);
-        let mut script = Script::new(&[word_of(0.999), beside, word_of(1e-4)]);
-        assert_eq!(outside_the_layer(&mut script, 3, outer), x);
+        let words = [word_of(0.999), beside, word_of(1e-4)];
+        assert_eq!(outside_the_layer(&mut Script::new(&words), 3, outer), x);
     }
 
     /// The tail as Marsaglia defines it, both signs, with a first pair that is refused.

@@ -5,7 +5,7 @@ use super::population::Population;
 
 /// Deviations of the population's speed and acceleration that count as inside: flights are played
 /// faster and stretched in training, so their tails are long.
-const MOTION_SIGMAS: f32 = 4.0;
+const MOTION_SIGMAS: f32 = 5.5;
 /// Deviations of the population's range and elevation that count as its volume.
 const PLACE_SIGMAS: f32 = 3.0;
 
@@ -115,15 +115,15 @@ mod tests {
     }
 
     #[test]
-    fn the_motion_ends_at_four_deviations() {
+    fn the_motion_ends_at_five_and_a_half_deviations() {
         let envelope = envelope();
         // sqrt(1 + 1 + 0.25) = 1.5 m/s, sqrt(3) 2 m/s^2.
         for (speed, acceleration, inside) in [
             (0.0, 0.0, true),
-            (5.9, 0.0, true),
-            (6.1, 0.0, false),
-            (0.0, 13.8, true),
-            (0.0, 13.9, false),
+            (8.2, 0.0, true),
+            (8.3, 0.0, false),
+            (0.0, 19.0, true),
+            (0.0, 19.1, false),
         ] {
             let mut state = placed(30.0, 0.5);
             (state[3], state[4], state[5]) = (0.6 * speed, 0.0, -0.8 * speed);

@@ -157,6 +157,8 @@ impl<'a> Recursive<'a> {
     }
 
     /// Shows the candidate a measurement that the track rejected; true when it took over.
+    // Rare, and its second track would weigh on the stack of every step.
+    #[inline(never)]
     fn is_replaced(&mut self, measurement: &Measurement) -> bool {
         let verdict = match &mut self.candidate {
             Some(candidate) => candidate.meet(measurement, &self.base, &self.population),

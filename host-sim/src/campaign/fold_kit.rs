@@ -23,6 +23,9 @@ use crate::scenario::radar::Radar;
 /// and however many flights, filters that are tuned on generated flights are the same.
 pub const TUNING_SEED: u64 = 20_260_517;
 
+/// Generated flights that stand beside fewer recorded ones in [`TunedOn::Both`].
+const GENERATED_IN_BOTH: usize = 60;
+
 /// A fold's supplies for one noise table.
 #[derive(Clone, Debug)]
 pub struct FoldKit {
@@ -181,9 +184,12 @@ impl Task<'_> {
         match on {
             TunedOn::Generated => generated,
             TunedOn::Recordings => self.flights.to_vec(),
-            TunedOn::Both => spread(&generated, FLIGHTS_MAX / 2)
-                .chain(spread(self.flights, FLIGHTS_MAX / 2))
-                .collect(),
+            TunedOn::Both => {
+                let count = self.flights.len().clamp(GENERATED_IN_BOTH, FLIGHTS_MAX / 2);
+                spread(&generated, count)
+                    .chain(spread(self.flights, FLIGHTS_MAX / 2))
+                    .collect()
+            }
         }
     }
 
@@ -233,7 +239,7 @@ mod tests {
     use bnkf_model_export::flights::generator::{GeneratorSettings, generate};
     use bnkf_model_export::radar::noise::NoiseTable;
 
-    use super::{FLIGHTS_MAX, Part, Task};
+    use super::{FLIGHTS_MAX, GENERATED_IN_BOTH, Part, Task};
     use crate::campaign::work_folder::WorkFolder;
     use crate::contest::tuned_on::TunedOn;
     use crate::method::Method;
@@ -278,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn both_takes_as_many_of_either_and_all_of_the_few() {
+    fn both_takes_all_of_the_few_and_not_all_of_the_many() {
         let (generated, others) = (flights(FLIGHTS_MAX, 5), flights(3, 6));
         let radar = Radar::paper(NoiseTable::Radians);
         let others: Vec<&Flight> = others.iter().collect();
@@ -292,8 +298,8 @@ mod tests {
             seed: 1,
         };
         let both = task.flights_of(TunedOn::Both);
-        assert_eq!(both.len(), FLIGHTS_MAX / 2 + 3);
-        assert_eq!(both[FLIGHTS_MAX / 2..], others);
+        assert_eq!(both.len(), GENERATED_IN_BOTH + 3);
+        assert_eq!(both[GENERATED_IN_BOTH..], others);
         assert_eq!(task.flights_of(TunedOn::Generated).len(), FLIGHTS_MAX);
     }
 

@@ -86,9 +86,10 @@ pub struct Args {
     /// first time is what trains and tunes, and intervals draw all runs of a flight together
     #[arg(long, value_name = "N", requires = "cross-validation", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub runs: u16,
-    /// How many flights are generated to tune filters on; no other option changes them
-    #[arg(long, value_name = "N", requires = "cross-validation", default_value_t = FLIGHTS_MAX as u16, value_parser = clap::value_parser!(u16).range(2..=FLIGHTS_MAX as i64))]
-    pub tuning_flights: u16,
+    /// How many flights are generated to tune filters on; but for the scenario no other option changes
+    /// them [default: 75 minutes of flight, 300 at most]
+    #[arg(long, value_name = "N", requires = "cross-validation", value_parser = clap::value_parser!(u16).range(2..=FLIGHTS_MAX as i64))]
+    pub tuning_flights: Option<u16>,
     /// Training epochs of a cross-validation [default: 200, with --quick 30]
     #[arg(long, value_name = "N", requires = "cross-validation")]
     pub epochs: Option<u32>,

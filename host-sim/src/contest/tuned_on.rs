@@ -10,7 +10,7 @@ pub enum TunedOn {
     Generated,
     /// The recordings that the fold does not test.
     Recordings,
-    /// Generated flights and those recordings, as many of each where there are as many.
+    /// Those recordings, and as many generated flights, or sixty if they are fewer.
     Both,
 }
 

@@ -73,6 +73,8 @@ impl Session {
         }
     }
 
+    // A frame of its own: the new tracker's way over the stack is none of a step's business.
+    #[inline(never)]
     fn reset(&mut self, reset: Reset) -> Reply {
         let Ok(blob) = self.blob else {
             return Reply::Refused(RefusalCode::Blob);
@@ -88,6 +90,7 @@ impl Session {
     }
 
     /// Runs one step of the tracker between two readings of the counter.
+    #[inline(never)]
     fn timed(
         &mut self,
         board: &Board,

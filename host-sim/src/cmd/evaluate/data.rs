@@ -9,10 +9,14 @@ use bnkf_model_export::flights::set::{FlightSet, FlightSetError, Preparation};
 use bnkf_model_export::seed;
 
 use super::{Args, EvaluateError};
+use crate::baseline::tuning::FLIGHTS_MAX;
 use crate::campaign::fold_kit::TUNING_SEED;
 use crate::contest::runs::Runs;
 use crate::contest::tuned_on::TunedOn;
 use crate::scenario::Scenario;
+
+/// Seconds of generated flight to tune on.
+const TUNING_S: f64 = 4500.0;
 
 /// Flights of a cross-validation.
 pub struct Data {
@@ -38,10 +42,10 @@ impl Data {
         if args.seed == TUNING_SEED {
             return Err(EvaluateError::TuningSeed);
         }
-        let to_tune_on = seen(
-            &generate(&scenario.generator(args.tuning_flights.into(), TUNING_SEED))?,
-            args,
-        );
+        let count = args
+            .tuning_flights
+            .map_or_else(|| flights_to_tune_on(scenario), usize::from);
+        let to_tune_on = seen(&generate(&scenario.generator(count, TUNING_SEED))?, args);
         match &args.flights {
             Some(path) => Ok(Self::recorded(path, args, scenario, to_tune_on)?),
             None => Self::generated(args, scenario, to_tune_on),
@@ -118,6 +122,12 @@ impl Data {
             remarks: Vec::new(),
         })
     }
+}
+
+/// As many flights as a fit of about a minute on one core allows.
+fn flights_to_tune_on(scenario: &Scenario) -> usize {
+    let count = TUNING_S / scenario.duration_s;
+    (count as usize).clamp(10, FLIGHTS_MAX)
 }
 
 /// `flights` from where the radar stands.
