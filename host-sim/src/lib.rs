@@ -9,6 +9,7 @@ pub mod doubt;
 pub mod filter;
 pub mod image;
 pub mod method;
+pub mod output_folder;
 pub mod plot;
 pub mod replication;
 pub mod report;

@@ -10,6 +10,7 @@ use std::path::Path;
 
 use bnkf_model_export::flights::generator::GeneratorSettings;
 use bnkf_model_export::flights::volume::Volume;
+use bnkf_model_export::regular_file;
 
 use radar::Radar;
 
@@ -48,6 +49,9 @@ pub const BUILT_IN: [(&str, &str); 2] = [
     ("counter-uas", include_str!("../scenarios/counter-uas.toml")),
 ];
 
+/// Longest scenario file, bytes.
+pub const FILE_BYTES_MAX: u64 = 1 << 16;
+
 impl Scenario {
     /// A built-in scenario by its name, or else the file `name`.
     ///
@@ -59,11 +63,11 @@ impl Scenario {
             return toml_form::parse(text, &format!("{known}.toml"));
         }
         let file = name.display().to_string();
-        let text = std::fs::read_to_string(name).map_err(|cause| ScenarioError::Io {
-            known: BUILT_IN.map(|(known, _)| known).join(", "),
-            file: file.clone(),
-            cause,
-        })?;
+        let text =
+            regular_file::read_text(name, FILE_BYTES_MAX).map_err(|cause| ScenarioError::Read {
+                known: BUILT_IN.map(|(known, _)| known).join(", "),
+                cause,
+            })?;
         toml_form::parse(&text, &file)
     }
 
@@ -80,6 +84,14 @@ impl Scenario {
             volume: self.volume,
         }
     }
+
+    /// The scenario that `text`, the contents of `file`, describes.
+    ///
+    /// # Errors
+    /// A line of it is wrong.
+    pub fn parse(text: &str, file: &str) -> Result<Self, ScenarioError> {
+        toml_form::parse(text, file)
+    }
 }
 
 #[cfg(test)]
@@ -95,7 +107,7 @@ mod tests {
         COUNTER_UAS_MISSED, COUNTER_UAS_STRIDES, Scenario as Trained,
     };
 
-    use super::{BUILT_IN, Scenario};
+    use super::{BUILT_IN, FILE_BYTES_MAX, Scenario};
     use crate::scenario::radar::{Pattern, Radar};
 
     #[test]
@@ -173,7 +185,7 @@ mod tests {
             (
                 "rates = [1.0, 0.75, 0.5]",
                 "rates = [1.0, 1.75]",
-                "sampling rate 1.75",
+                "`rates` = 1.75 is not between 0.001 and 1",
             ),
             ("rates = [1.0, 0.75, 0.5]", "rates = []", "`rates` is empty"),
             (
@@ -212,6 +224,178 @@ mod tests {
         std::fs::write(&path, text.replacen("rate_hz = 10.0\n", "", 1)).unwrap();
         let error = Scenario::find(&path).unwrap_err().to_string();
         assert!(error.contains("missing field `rate_hz`"), "{error}");
+    }
+
+    /// Numbers that are legal TOML and no scenario, and the field and range that are named.
+    #[test]
+    fn every_field_has_bounds_that_are_named() {
+        let (_, text) = BUILT_IN[0];
+        let ones = format!("rates = [{}]", vec!["1.0"; 10_000].join(", "));
+        let many = (1..=11).map(|i| format!("0.{i:02}")).collect::<Vec<_>>();
+        let many = format!("rates = [{}]", many.join(", "));
+        let long = format!("name = \"{}\"", "x".repeat(61));
+        let cases = [
+            (
+                "range_m_min = 18.7",
+                "range_m_min = 0.0",
+                "`range_m_min` = 0 is not between 0.1 and 50000",
+            ),
+            (
+                "range_m_max = 46.9",
+                "range_m_max = 1e300",
+                "is not between 0.1 and 50000",
+            ),
+            (
+                "range_m_max = 46.9",
+                "range_m_max = inf",
+                "`range_m_max` = inf is not between 0.1 and 50000",
+            ),
+            (
+                "range_m_mean = 40.0",
+                "range_m_mean = -1e9",
+                "is not between 0.1 and 50000",
+            ),
+            (
+                "range_m_sd = 14.0",
+                "range_m_sd = nan",
+                "`range_m_sd` = NaN is not between 0.1 and 50000",
+            ),
+            (
+                "height_m_min = 4.85",
+                "height_m_min = -1e6",
+                "is not between -50000 and 50000",
+            ),
+            (
+                "height_m_max = 24.7",
+                "height_m_max = 1e6",
+                "is not between -50000 and 50000",
+            ),
+            (
+                "count = 100 ",
+                "count = 1e9 ",
+                "`count` = 1000000000 is not between 2 and 100000",
+            ),
+            (
+                "count = 100 ",
+                "count = 99.5 ",
+                "`count` = 99.5 is not a whole number",
+            ),
+            (
+                "quick_count = 30",
+                "quick_count = 0",
+                "`quick_count` = 0 is not between",
+            ),
+            (
+                "duration_s = 15.0",
+                "duration_s = 1e5",
+                "`duration_s` = 100000 is not between 1 and 3600",
+            ),
+            (
+                "duration_s = 15.0",
+                "duration_s = 1.0",
+                "`duration_s` x `rate_hz`",
+            ),
+            (
+                "rate_hz = 10.0",
+                "rate_hz = 1e4",
+                "`rate_hz` = 10000 is not between 0.1 and 1000",
+            ),
+            (
+                "speed_scale = 1.0",
+                "speed_scale = 0.0",
+                "`speed_scale` = 0 is not between 0.01 and 100",
+            ),
+            (
+                "size_scale = 1.0",
+                "size_scale = 1e4",
+                "`size_scale` = 10000 is not between 0.01 and 1000",
+            ),
+            (
+                "rates = [1.0, 0.75, 0.5]",
+                "rates = [1e4]",
+                "`rates` = 10000 is not between 0.001 and 1",
+            ),
+            (
+                "rates = [1.0, 0.75, 0.5]",
+                "rates = [1e-4]",
+                "`rates` = 0.0001 is not between 0.001 and 1",
+            ),
+            (
+                "rates = [1.0, 0.75, 0.5]",
+                "rates = [1.0, 1]",
+                "`rates` has a value twice",
+            ),
+            (
+                "rates = [1.0, 0.75, 0.5]",
+                &ones,
+                "`rates` has 11 values, at most 10",
+            ),
+            (
+                "rates = [1.0, 0.75, 0.5]",
+                &many,
+                "`rates` has 11 values, at most 10",
+            ),
+            (
+                "[\"radians\", \"printed\"]",
+                "[\"printed\", \"printed\"]",
+                "`noise_tables` has a value twice",
+            ),
+            (
+                "name = \"paper\"",
+                "name = \"\"",
+                "`name` has 0 characters, not 1 to 60",
+            ),
+            (
+                "name = \"paper\"",
+                &long,
+                "`name` has 61 characters, not 1 to 60",
+            ),
+            (
+                "name = \"paper\"",
+                "name = \"a\\nb\"",
+                "`name` has a line break",
+            ),
+        ];
+        for (from, to, message) in cases {
+            assert!(text.contains(from), "{from}");
+            let mut changed = text.replacen(from, to, 1);
+            if message.starts_with("`duration_s` x") {
+                changed = changed.replacen("rate_hz = 10.0", "rate_hz = 0.1", 1);
+            }
+            let error = Scenario::parse(&changed, "s.toml").unwrap_err().to_string();
+            assert!(
+                error.contains(message) && !error.contains('\n'),
+                "{to}: {error}"
+            );
+            assert!(error.len() < 300, "{error}");
+        }
+    }
+
+    /// Each field within its bounds, and all together months of work.
+    #[test]
+    fn all_flights_together_have_a_bound() {
+        let (_, text) = BUILT_IN[0];
+        let changed = text
+            .replacen("count = 100 ", "count = 100000 ", 1)
+            .replacen("duration_s = 15.0", "duration_s = 3600.0", 1);
+        let error = Scenario::parse(&changed, "s.toml").unwrap_err().to_string();
+        assert_eq!(
+            error,
+            "s.toml:9: `count` x `duration_s` x `rate_hz` = 3600000000 is not between 0 and 5000000"
+        );
+    }
+
+    #[test]
+    fn what_is_no_scenario_file_is_refused_unread() {
+        let error = Scenario::find(Path::new("/dev/zero")).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "/dev/zero: a character device, not a regular file (built in: paper, counter-uas)"
+        );
+        let file = tempfile::NamedTempFile::new().unwrap();
+        file.as_file().set_len(FILE_BYTES_MAX + 1).unwrap();
+        let error = Scenario::find(file.path()).unwrap_err().to_string();
+        assert!(error.contains("more than the 65536 bytes"), "{error}");
     }
 
     #[test]

@@ -1,12 +1,19 @@
 //! A file that appears complete or not at all.
 //!
 //! The bytes go to a temporary file in the same folder, which then takes the final name: a crash, a
-//! kill or a full disk leaves the old file, or none, and never half a file.
+//! kill or a full disk leaves the old file, or none, and never half a file. Only regular files are
+//! replaced: not a device, not a folder, and not a symbolic link, which would be lost. What cannot
+//! be written is found out by [`check`] before the work.
 
-use std::io::Write;
+use crate::regular_file::kind;
+use std::io::{Error, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-/// Writing a file failed.
+/// What must fit into the folder of an output before the work begins, bytes: more than a blob and
+/// all that lies beside it.
+const ROOM_BYTES: usize = 1 << 20;
+
+/// Writing a file failed, or would fail.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: cannot write: {cause}", path.display())]
 pub struct AtomicWriteError {
@@ -14,13 +21,14 @@ pub struct AtomicWriteError {
     pub path: PathBuf,
     /// What the system said.
     #[source]
-    pub cause: std::io::Error,
+    pub cause: Error,
 }
 
-/// Writes `bytes` to `path`, replacing what was there in one step.
+/// Writes `bytes` to `path`, replacing the regular file that was there in one step.
 ///
 /// # Errors
-/// The folder does not exist or cannot be written, or the disk is full; `path` is then unchanged.
+/// The folder does not exist or cannot be written, the disk is full, or something else than a
+/// regular file is there; `path` is then unchanged.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), AtomicWriteError> {
     write_and_rename(path, bytes).map_err(|cause| AtomicWriteError {
         path: path.to_owned(),
@@ -28,11 +36,79 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), AtomicWriteError> {
     })
 }
 
-fn write_and_rename(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let folder = match path.parent() {
+/// Finds out whether [`write`] can write every one of `paths`. Leaves nothing behind.
+///
+/// # Errors
+/// The first path for which it cannot; the folder has no room for a megabyte; a file is protected
+/// against writing.
+pub fn check<P: AsRef<Path>>(paths: &[P]) -> Result<(), AtomicWriteError> {
+    let mut tried: Vec<&Path> = Vec::new();
+    for path in paths {
+        let path = path.as_ref();
+        let failed = |cause| AtomicWriteError {
+            path: path.to_owned(),
+            cause,
+        };
+        check_place(path).map_err(failed)?;
+        let folder = folder_of(path);
+        if !tried.contains(&folder) {
+            try_folder(folder).map_err(failed)?;
+            tried.push(folder);
+        }
+    }
+    Ok(())
+}
+
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
-    };
+    }
+}
+
+/// Whether a regular file is at `path`, or nothing yet.
+fn check_place(path: &Path) -> Result<(), Error> {
+    let spelt = path.as_os_str().as_encoded_bytes();
+    if path.file_name().is_none() || spelt.ends_with(b"/") {
+        return Err(Error::new(ErrorKind::IsADirectory, "it names no file"));
+    }
+    let folder = folder_of(path);
+    match std::fs::metadata(folder) {
+        Ok(status) if status.is_dir() => {}
+        Ok(_) => return Err(Error::new(ErrorKind::NotADirectory, "its folder is a file")),
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            return Err(Error::new(error.kind(), "its folder does not exist"));
+        }
+        Err(error) => return Err(error),
+    }
+    // Of the path itself: a link is not followed.
+    match std::fs::symlink_metadata(path) {
+        Ok(status) if status.is_file() => {
+            // Neither cut nor written to; a protected file says so here.
+            std::fs::OpenOptions::new().append(true).open(path)?;
+            Ok(())
+        }
+        Ok(status) => Err(Error::new(
+            ErrorKind::AlreadyExists,
+            format!(
+                "{} is there, and only a regular file is replaced",
+                kind(status.file_type())
+            ),
+        )),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+        Err(error) => Err(error),
+    }
+}
+
+/// Writes a megabyte into `folder` and takes it away again.
+fn try_folder(folder: &Path) -> Result<(), Error> {
+    let mut file = temporary(folder)?;
+    file.write_all(&vec![0; ROOM_BYTES])?;
+    // Some file systems notice only now that they are full.
+    file.as_file().sync_data()
+}
+
+fn temporary(folder: &Path) -> Result<tempfile::NamedTempFile, Error> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".bnkf-");
     // A temporary file is private by default; a result is as readable as any other file.
@@ -41,17 +117,34 @@ fn write_and_rename(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    let mut file = builder.tempfile_in(folder)?;
+    builder.tempfile_in(folder).map_err(|error| {
+        // Without the temporary file's name, which says nothing to anybody.
+        match error.raw_os_error() {
+            Some(code) => Error::from_raw_os_error(code),
+            None => error
+                .get_ref()
+                .and_then(|inner| inner.source()?.downcast_ref::<Error>()?.raw_os_error())
+                .map_or(error, Error::from_raw_os_error),
+        }
+    })
+}
+
+fn write_and_rename(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    check_place(path)?;
+    let mut file = temporary(folder_of(path))?;
     file.write_all(bytes)?;
     // Without this a power cut can leave the new name on an empty file.
     file.as_file().sync_all()?;
+    // Again: the work between took its time.
+    check_place(path)?;
     file.persist(path).map_err(|failed| failed.error)?;
     Ok(())
 }
 
 #[cfg(test)]
 mod tests {
-    use super::write;
+    use super::{check, write};
+    use std::path::Path;
 
     #[test]
     fn the_file_is_replaced_and_nothing_else_is_left() {
@@ -68,7 +161,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let missing = folder.path().join("missing").join("a.txt");
         let error = write(&missing, b"x").unwrap_err();
-        assert!(error.to_string().contains("a.txt: cannot write"), "{error}");
+        assert!(
+            error
+                .to_string()
+                .ends_with("a.txt: cannot write: its folder does not exist"),
+            "{error}"
+        );
 
         // A folder in the file's place: the rename fails and the temporary file goes away.
         let taken = folder.path().join("taken");
@@ -87,5 +185,102 @@ mod tests {
         std::fs::write(&plain, b"x").unwrap();
         let mode = |path| std::fs::metadata(path).unwrap().permissions().mode();
         assert_eq!(mode(&ours), mode(&plain));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn devices_pipes_links_and_folders_are_refused_and_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        std::fs::write(path("file"), b"mine").unwrap();
+        std::os::unix::fs::symlink(path("file"), path("link")).unwrap();
+        std::os::unix::fs::symlink(path("nothing"), path("dangling")).unwrap();
+        std::fs::create_dir(path("folder")).unwrap();
+        let made = |program: &str, arguments: &[&str]| {
+            let mut command = std::process::Command::new(program);
+            let status = command.args(arguments).current_dir(folder.path()).status();
+            status.is_ok_and(|status| status.success())
+        };
+        assert!(made("mkfifo", &["pipe"]));
+        let mut cases = vec![
+            ("link", "a symbolic link"),
+            ("dangling", "a symbolic link"),
+            ("folder", "a folder"),
+            ("pipe", "a pipe"),
+        ];
+        // A copy of /dev/null; only root makes one.
+        if made("mknod", &["device", "c", "1", "3"]) {
+            cases.push(("device", "a character device"));
+        }
+        for (name, kind) in cases {
+            let before = std::fs::symlink_metadata(path(name)).unwrap().file_type();
+            let expected = format!(
+                "{}: cannot write: {kind} is there, and only a regular file is replaced",
+                path(name).display()
+            );
+            let refused = check(&[path(name)]).unwrap_err().to_string();
+            assert_eq!(refused, expected);
+            let refused = write(&path(name), b"x").unwrap_err().to_string();
+            assert_eq!(refused, expected);
+            let after = std::fs::symlink_metadata(path(name)).unwrap().file_type();
+            assert_eq!(before, after, "{name}");
+        }
+        assert_eq!(std::fs::read(path("file")).unwrap(), b"mine");
+        assert!(!path("nothing").exists());
+    }
+
+    #[test]
+    fn a_check_says_what_a_write_would_and_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        check(&[path("a"), path("b")]).unwrap();
+        std::fs::write(path("file"), b"mine").unwrap();
+        check(&[path("file")]).unwrap();
+        assert_eq!(std::fs::read(path("file")).unwrap(), b"mine");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+        let refused = |path: &Path| check(&[path]).unwrap_err().to_string();
+        assert!(refused(&path("none/a")).ends_with("its folder does not exist"));
+        assert!(refused(&path("file/a")).ends_with("its folder is a file"));
+        assert!(refused(&path("new/")).ends_with("it names no file"));
+        assert!(refused(Path::new("")).ends_with("it names no file"));
+        assert!(refused(&path(&"x".repeat(300))).contains("cannot write: "));
+        // Not even root makes files there.
+        #[cfg(target_os = "linux")]
+        assert!(
+            refused(Path::new("/proc/self/m.bnkf"))
+                .starts_with("/proc/self/m.bnkf: cannot write: ")
+        );
+    }
+
+    /// Where root may mount a file system of 64 KB.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_full_folder_is_found_by_the_check() {
+        let folder = tempfile::tempdir().unwrap();
+        let mount = |arguments: &[&str]| {
+            let mut command = std::process::Command::new("mount");
+            let status = command.args(arguments).arg(folder.path()).output();
+            status.is_ok_and(|output| output.status.success())
+        };
+        if !mount(&["-t", "tmpfs", "-o", "size=64k", "tmpfs"]) {
+            return;
+        }
+        let error = check(&[folder.path().join("m.bnkf")]).map_err(|error| error.to_string());
+        let read_only = mount(&["-o", "remount,ro"])
+            .then(|| check(&[folder.path().join("m.bnkf")]).map_err(|error| error.to_string()));
+        let unmounted = std::process::Command::new("umount")
+            .arg(folder.path())
+            .status();
+        assert!(unmounted.unwrap().success());
+        assert!(
+            error.as_ref().unwrap_err().contains("No space left"),
+            "{error:?}"
+        );
+        if let Some(error) = read_only {
+            assert!(
+                error.as_ref().unwrap_err().contains("Read-only"),
+                "{error:?}"
+            );
+        }
     }
 }

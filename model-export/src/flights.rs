@@ -12,5 +12,6 @@ pub mod rigid_move;
 pub mod segment;
 pub mod set;
 pub mod statistics;
+pub mod suspicion;
 pub mod track_error;
 pub mod volume;

@@ -3,15 +3,19 @@
 //! Every piece is a file that appears whole or not at all. The folder belongs to one plan: pieces
 //! of another are never mixed in.
 
-use std::fs::File;
+use std::fs::{File, OpenOptions};
 use std::path::{Path, PathBuf};
 
 use bnkf_model_export::atomic_file::{self, AtomicWriteError};
+use bnkf_model_export::regular_file::{self, ReadFileError};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 const PLAN: &str = "plan.json";
 const LOCK: &str = "lock";
+
+/// Longest piece, bytes.
+const PIECE_BYTES_MAX: u64 = 1 << 32;
 
 /// A folder of finished pieces, locked against other processes while it is open.
 #[derive(Debug)]
@@ -31,6 +35,17 @@ pub enum WorkFolderError {
         path: PathBuf,
         /// What it said.
         cause: std::io::Error,
+    },
+    /// A piece cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadFileError),
+    /// A folder of somebody else: it would be removed with the last piece.
+    #[error("{}: holds {name}, which is of no evaluation; choose another --out", path.display())]
+    Foreign {
+        /// The folder.
+        path: PathBuf,
+        /// What it holds.
+        name: String,
     },
     /// A piece cannot be written.
     #[error(transparent)]
@@ -57,7 +72,19 @@ impl WorkFolder {
             cause,
         };
         std::fs::create_dir_all(path).map_err(io)?;
-        let lock = File::create(path.join(LOCK)).map_err(io)?;
+        if let Some(name) = foreign(path).map_err(io)? {
+            return Err(WorkFolderError::Foreign {
+                path: path.to_owned(),
+                name,
+            });
+        }
+        atomic_file::check(&[path.join(LOCK), path.join(PLAN)])?;
+        let lock = OpenOptions::new()
+            .create(true)
+            .truncate(false)
+            .write(true)
+            .open(path.join(LOCK))
+            .map_err(io)?;
         match lock.try_lock() {
             Ok(()) => {}
             Err(std::fs::TryLockError::WouldBlock) => {
@@ -84,11 +111,10 @@ impl WorkFolder {
     /// # Errors
     /// The piece is there and cannot be read.
     pub fn bytes(&self, name: &str) -> Result<Option<Vec<u8>>, WorkFolderError> {
-        let path = self.path.join(name);
-        match std::fs::read(&path) {
+        match regular_file::read(&self.path.join(name), PIECE_BYTES_MAX) {
             Ok(bytes) => Ok(Some(bytes)),
-            Err(cause) if cause.kind() == std::io::ErrorKind::NotFound => Ok(None),
-            Err(cause) => Err(WorkFolderError::Io { path, cause }),
+            Err(error) if error.is_missing() => Ok(None),
+            Err(error) => Err(error.into()),
         }
     }
 
@@ -141,6 +167,21 @@ impl WorkFolder {
     }
 }
 
+/// Something in a folder without a plan, which no evaluation has put there.
+fn foreign(path: &Path) -> std::io::Result<Option<String>> {
+    if path.join(PLAN).symlink_metadata().is_ok() {
+        return Ok(None);
+    }
+    for entry in std::fs::read_dir(path)? {
+        let name = entry?.file_name().to_string_lossy().into_owned();
+        // What a run leaves that was killed before it wrote its plan.
+        if name != LOCK && !name.starts_with(".bnkf-") {
+            return Ok(Some(name));
+        }
+    }
+    Ok(None)
+}
+
 #[cfg(test)]
 mod tests {
     use super::{WorkFolder, WorkFolderError};
@@ -169,6 +210,15 @@ mod tests {
         );
         folder.remove().unwrap();
         assert!(!path.exists());
+    }
+
+    #[test]
+    fn a_folder_of_somebody_else_is_not_taken() {
+        let root = tempfile::tempdir().unwrap();
+        std::fs::write(root.path().join("thesis.tex"), "years").unwrap();
+        let error = WorkFolder::open(root.path(), "plan").unwrap_err();
+        assert!(error.to_string().contains("holds thesis.tex"), "{error}");
+        assert_eq!(std::fs::read_dir(root.path()).unwrap().count(), 1);
     }
 
     #[test]

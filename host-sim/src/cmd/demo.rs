@@ -19,6 +19,7 @@ use crate::contest::flight_kind::first_of_each;
 use crate::contest::model::{Model, ModelError};
 use crate::contest::roster::{Roster, RosterError, Supplies};
 use crate::method::Method;
+use crate::output_folder::{self, OutputFolderError};
 use crate::plot::metrics_figure;
 use crate::plot::trajectory_figure;
 use crate::report::results_json::{self, ModelProvenance, Provenance, Results};
@@ -52,14 +53,9 @@ pub enum DemoError {
     /// A method cannot run.
     #[error(transparent)]
     Roster(#[from] RosterError),
-    /// The output folder cannot be made.
-    #[error("{}: cannot make the folder: {cause}", path.display())]
-    Folder {
-        /// The folder.
-        path: PathBuf,
-        /// What the system said.
-        cause: std::io::Error,
-    },
+    /// The output folder cannot take results.
+    #[error(transparent)]
+    Folder(#[from] OutputFolderError),
     /// A file cannot be written.
     #[error(transparent)]
     Write(#[from] AtomicWriteError),
@@ -73,10 +69,7 @@ pub enum DemoError {
 /// # Errors
 /// See [`DemoError`].
 pub fn run(args: &Args) -> Result<(), DemoError> {
-    std::fs::create_dir_all(&args.out).map_err(|cause| DemoError::Folder {
-        path: args.out.clone(),
-        cause,
-    })?;
+    output_folder::prepare(&args.out)?;
     let settings = GeneratorSettings {
         flights: FLIGHTS,
         seed: FLIGHT_SEED,
@@ -102,13 +95,10 @@ pub fn run(args: &Args) -> Result<(), DemoError> {
     let cells = evaluation.run(&|| bar.inc(1));
     bar.finish_and_clear();
 
-    let mut stdout = std::io::stdout();
-    writeln!(
-        stdout,
-        "{FLIGHTS} built-in flights of 15 s, six methods on the same readings\n"
-    )?;
-    stdout.write_all(table::render(&cells).as_bytes())?;
-    writeln!(stdout)?;
+    let mut said = format!(
+        "{FLIGHTS} built-in flights of 15 s, six methods on the same readings\n\n{}\n",
+        table::render(&cells)
+    );
     let figures = [
         (
             "trajectory.svg",
@@ -119,7 +109,7 @@ pub fn run(args: &Args) -> Result<(), DemoError> {
     for (name, figure) in figures {
         let path = args.out.join(name);
         atomic_file::write(&path, figure.as_bytes())?;
-        writeln!(stdout, "{}", path.display())?;
+        said += &format!("{}\n", path.display());
     }
     let path = args.out.join("results.json");
     let results = Results {
@@ -127,7 +117,9 @@ pub fn run(args: &Args) -> Result<(), DemoError> {
         provenance: provenance(&flights, &models),
     };
     results_json::write(&path, &results)?;
-    writeln!(stdout, "{}", path.display())?;
+    said += &format!("{}\n", path.display());
+    // Only now: a closed pipe costs no results.
+    std::io::stdout().write_all(said.as_bytes())?;
     Ok(())
 }
 
@@ -166,6 +158,7 @@ fn provenance(flights: &[Flight], models: &[Model]) -> Provenance {
         flights: flights.len(),
         segments: flights.len(),
         unplaced: Vec::new(),
+        remarks: Vec::new(),
         segment_s: 0.0,
         placed: false,
         radar_m: [0.0; 3],

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use bnkf_model_export::atomic_file::{self, AtomicWriteError};
 use bnkf_model_export::command_line::command_line;
+use bnkf_model_export::flights::csv::options::ReadOptions;
 use bnkf_model_export::flights::generator::GeneratorError;
 use bnkf_model_export::flights::segment::PAPER_SEGMENT_S;
 use bnkf_model_export::flights::set::{FlightSet, FlightSetError, Preparation};
@@ -17,6 +18,7 @@ use crate::doubt::entry::Entry;
 use crate::doubt::table::{csv, markdown};
 use crate::doubt::world::World;
 use crate::doubt::{Candidate, Row, study};
+use crate::output_folder::{self, OutputFolderError};
 
 /// Compares ways of being in doubt about a recursive network's weights, on familiar and on
 /// unfamiliar motion.
@@ -46,6 +48,8 @@ pub struct Args {
     /// Also writes doubt.md and doubt.csv into this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    reading: ReadOptions,
 }
 
 /// Why there is no answer.
@@ -68,14 +72,9 @@ pub enum DoubtError {
     /// Built-in flights cannot be generated.
     #[error(transparent)]
     Generator(#[from] GeneratorError),
-    /// The folder cannot be made.
-    #[error("{}: {cause}", path.display())]
-    Folder {
-        /// The folder.
-        path: PathBuf,
-        /// What the system said.
-        cause: std::io::Error,
-    },
+    /// The folder cannot take results.
+    #[error(transparent)]
+    Folder(#[from] OutputFolderError),
     /// A file cannot be written.
     #[error(transparent)]
     Write(#[from] AtomicWriteError),
@@ -91,10 +90,7 @@ pub enum DoubtError {
 pub fn run(args: &Args) -> Result<(), DoubtError> {
     // Before the run, not after it.
     if let Some(path) = &args.out {
-        std::fs::create_dir_all(path).map_err(|cause| DoubtError::Folder {
-            path: path.clone(),
-            cause,
-        })?;
+        output_folder::prepare(path)?;
     }
     let models = args.entries.iter().map(Entry::models);
     let models: Vec<Vec<Model>> = models.collect::<Result<_, _>>()?;
@@ -113,12 +109,17 @@ pub fn run(args: &Args) -> Result<(), DoubtError> {
     let mut worlds = World::built_in(usize::from(args.count))?;
     if let Some(path) = &args.flights {
         let preparation = Preparation {
+            reading: args.reading.clone(),
             segment_s: PAPER_SEGMENT_S,
             volume: Some(Volume::PAPER),
+            expected: Volume::PAPER,
             radar_m: [0.0; 3],
             seed: args.seed,
         };
         let set = FlightSet::read(path, &preparation)?;
+        for remark in &set.remarks {
+            eprintln!("{remark}");
+        }
         for reason in &set.unplaced {
             eprintln!("warning: left out: {reason}");
         }

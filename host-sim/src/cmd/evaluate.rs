@@ -4,12 +4,14 @@ mod cross_validated;
 mod data;
 mod recorded;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use bnkf_model_export::atomic_file::AtomicWriteError;
+use bnkf_model_export::flights::csv::options::ReadOptions;
 use bnkf_model_export::flights::generator::GeneratorError;
 use bnkf_model_export::flights::segment::PAPER_SEGMENT_S;
 use bnkf_model_export::flights::set::FlightSetError;
+use bnkf_model_export::flights::track_error::COORDINATE_M_MAX;
 use bnkf_model_export::radar::noise::NoiseTable;
 
 use crate::baseline::tuning::FLIGHTS_MAX;
@@ -20,6 +22,7 @@ use crate::contest::fold::FoldError;
 use crate::contest::model::ModelError;
 use crate::contest::roster::RosterError;
 use crate::method::Method;
+use crate::output_folder::OutputFolderError;
 use crate::scenario::ScenarioError;
 
 /// Scores every method on the same readings, at three noise levels and three sampling rates.
@@ -32,7 +35,7 @@ use crate::scenario::ScenarioError;
 #[derive(Clone, Debug, clap::Args)]
 #[command(group(clap::ArgGroup::new("cross-validation").args(["folds", "quick"]).multiple(true)))]
 pub struct Args {
-    /// Folder of flight files (.csv or .txt: timestamp,tx,ty,tz), or one file; with --folds or
+    /// Folder of flight files (.csv or .txt: timestamp,tx,ty,tz and other forms), or one file; with --folds or
     /// --quick generated flights are the default
     #[arg(long, value_name = "PATH", required_unless_present_any = ["folds", "quick"])]
     pub flights: Option<PathBuf>,
@@ -98,6 +101,9 @@ pub struct Args {
         default_value = "out/evaluation"
     )]
     pub out: PathBuf,
+    /// How flight files are read.
+    #[command(flatten)]
+    pub reading: ReadOptions,
 }
 
 /// A point, metres.
@@ -134,16 +140,16 @@ pub enum EvaluateError {
     /// A method is named twice.
     #[error("method {0} is named twice")]
     Twice(Method),
-    /// The folder of the result file is missing. Found before the run, not after it.
-    #[error("{}: its folder does not exist", .0.display())]
-    NoFolder(PathBuf),
+    /// The folder cannot take results.
+    #[error(transparent)]
+    Folder(#[from] OutputFolderError),
     /// The pieces of the cross-validation.
     #[error(transparent)]
     Work(#[from] WorkFolderError),
     /// The cross-validation.
     #[error(transparent)]
     Campaign(#[from] CampaignError),
-    /// A result file cannot be written.
+    /// A result file cannot be written; as far as that can be known, found before the run.
     #[error(transparent)]
     Write(#[from] AtomicWriteError),
     /// Standard output was closed.
@@ -175,15 +181,6 @@ fn methods_or(args: &Args, default: &[Method]) -> Vec<Method> {
     }
 }
 
-fn check_folder(path: &Path) -> Result<(), EvaluateError> {
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
-            Err(EvaluateError::NoFolder(path.to_owned()))
-        }
-        _ => Ok(()),
-    }
-}
-
 fn position_m(text: &str) -> Result<Position, String> {
     let numbers: Vec<f64> = text
         .split(',')
@@ -194,8 +191,13 @@ fn position_m(text: &str) -> Result<Position, String> {
         })
         .collect::<Result<_, _>>()?;
     match <[f64; 3]>::try_from(numbers) {
-        Ok(position) if position.iter().all(|value| value.is_finite()) => Ok(Position(position)),
-        Ok(_) => Err("a coordinate is not finite".to_owned()),
+        Ok(position) if position.iter().any(|value| !value.is_finite()) => {
+            Err("a coordinate is not finite".to_owned())
+        }
+        Ok(position) if position.iter().any(|value| value.abs() > COORDINATE_M_MAX) => {
+            Err(format!("a coordinate is beyond +-{COORDINATE_M_MAX} m"))
+        }
+        Ok(position) => Ok(Position(position)),
         Err(numbers) => Err(format!("{} numbers, three are needed", numbers.len())),
     }
 }
@@ -210,5 +212,6 @@ mod tests {
         assert!(position_m("1,2").unwrap_err().contains("2 numbers"));
         assert!(position_m("1,x,3").unwrap_err().contains("`x`"));
         assert!(position_m("1,2,inf").unwrap_err().contains("not finite"));
+        assert!(position_m("1,2,1e300").unwrap_err().contains("beyond"));
     }
 }

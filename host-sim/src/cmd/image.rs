@@ -6,12 +6,16 @@ use std::time::Duration;
 
 use bnkf::blob::Kind;
 use bnkf::{Correction, Settings, Tracker};
+use bnkf_model_export::flights::csv::options::ReadOptions;
 use bnkf_model_export::flights::csv::{FlightFileError, read_flight_csv};
 use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::flights::generator::{GeneratorError, GeneratorSettings, generate};
+use bnkf_model_export::flights::suspicion::suspicions;
+use bnkf_model_export::flights::volume::Volume;
 use bnkf_model_export::radar::gaps::SamplingRate;
 use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 use bnkf_model_export::radar::sampling::RadarSettings;
+use bnkf_model_export::regular_file::{self, ReadFileError};
 
 use crate::contest::default_models;
 use crate::contest::model::{Model, ModelError};
@@ -27,6 +31,9 @@ use crate::image::toolchain::{Toolchain, ToolchainChoice, ToolchainError};
 const ANSWER_TIME_BASE: Duration = Duration::from_secs(60);
 const ANSWER_TIME_PER_PASS: Duration = Duration::from_millis(200);
 
+/// Largest image, bytes: with all symbols it is a few megabytes.
+const IMAGE_BYTES_MAX: u64 = 1 << 28;
+
 /// Runs the microcontroller's image in QEMU over a flight and compares every estimate with the host's.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
@@ -37,8 +44,11 @@ pub struct Args {
     #[arg(long, value_name = "BLOB")]
     pub model: Option<PathBuf>,
     /// Flight file (timestamp,tx,ty,tz); `builtin` generates a flight of 150 samples
-    #[arg(long, value_name = "CSV", default_value = BUILTIN)]
+    #[arg(id = "flights", long = "flight", value_name = "CSV", default_value = BUILTIN)]
     pub flight: PathBuf,
+    /// How the flight file is read.
+    #[command(flatten)]
+    pub reading: ReadOptions,
     /// Noise level of the radar
     #[arg(long, value_enum, default_value_t = NoiseLevel::Medium)]
     pub noise: NoiseLevel,
@@ -119,14 +129,9 @@ pub enum ImageError {
     /// The image cannot be run, or refuses the settings.
     #[error(transparent)]
     Equality(#[from] EqualityError),
-    /// A file cannot be read or made.
-    #[error("{}: {cause}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        cause: std::io::Error,
-    },
+    /// The image cannot be read, or is none.
+    #[error(transparent)]
+    Image(#[from] ReadFileError),
     /// The image's log cannot be read.
     #[error(transparent)]
     Log(#[from] ImageLogError),
@@ -180,7 +185,10 @@ pub fn run(args: &Args) -> Result<(), ImageError> {
     };
     // The settings are checked before anything slow is started.
     Tracker::new(blob, settings).map_err(EqualityError::from)?;
-    let flight = flight(args)?;
+    if let Some(image) = &args.image {
+        regular_file::read(image, IMAGE_BYTES_MAX)?;
+    }
+    let flight = flight(args, &model.volume().unwrap_or(Volume::PAPER))?;
     let radar = RadarSettings::paper(args.noise, args.noise_table, args.rate, args.seed);
     let steps = record(&flight, &radar);
 
@@ -221,10 +229,7 @@ pub fn run(args: &Args) -> Result<(), ImageError> {
     report += &figures(&comparison, &session.ready(), &budget, settings.passes);
     std::io::stdout().write_all(report.as_bytes())?;
     if args.log {
-        let elf = std::fs::read(image).map_err(|cause| ImageError::Io {
-            path: image.to_owned(),
-            cause,
-        })?;
+        let elf = regular_file::read(image, IMAGE_BYTES_MAX)?;
         for line in LogTable::of_image(&elf)?.decode(&session.log()?)? {
             println!("log           {line}");
         }
@@ -242,9 +247,16 @@ fn model(path: Option<&Path>) -> Result<Model, ImageError> {
         .ok_or(ImageError::NoModel)
 }
 
-fn flight(args: &Args) -> Result<Flight, ImageError> {
+fn flight(args: &Args, volume: &Volume) -> Result<Flight, ImageError> {
     if args.flight != Path::new(BUILTIN) {
-        return Ok(read_flight_csv(&args.flight)?);
+        let file = read_flight_csv(&args.flight, &args.reading)?;
+        for note in &file.notes {
+            eprintln!("note: {}: {note}", file.flight.name);
+        }
+        for warning in suspicions(std::slice::from_ref(&file.flight), volume) {
+            eprintln!("warning: {warning}");
+        }
+        return Ok(file.flight);
     }
     let settings = GeneratorSettings {
         flights: 1,

@@ -4,15 +4,19 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use bnkf_model_export::atomic_file::{self, AtomicWriteError};
+use bnkf_model_export::cmd::flight_source::flight_count;
 use bnkf_model_export::command_line::command_line;
+use bnkf_model_export::flights::csv::options::ReadOptions;
 use bnkf_model_export::flights::data_hash;
 use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::flights::generator::{GeneratorError, GeneratorSettings, generate};
 use bnkf_model_export::flights::segment::PAPER_SEGMENT_S;
 use bnkf_model_export::flights::set::{FlightSet, FlightSetError, Preparation};
 use bnkf_model_export::flights::volume::Volume;
+use bnkf_model_export::regular_file::{self, ReadFileError};
 
 use crate::cmd::progress;
+use crate::output_folder::{self, OutputFolderError};
 use crate::replication::entry::entries;
 use crate::replication::page::page;
 use crate::replication::results::{Provenance, Results};
@@ -23,6 +27,9 @@ const FLIGHTS: usize = 300;
 const FLIGHTS_QUICK: usize = 60;
 const EPOCHS: u32 = 30;
 const EPOCHS_QUICK: u32 = 12;
+
+/// Longest page that is read again, bytes.
+const PAGE_BYTES_MAX: u64 = 1 << 22;
 
 /// Replicates the paper twice and measures every difference between text and code.
 ///
@@ -43,7 +50,7 @@ pub struct Args {
     #[arg(long, value_name = "S", default_value_t = PAPER_SEGMENT_S, requires = "flights")]
     pub segment_s: f64,
     /// Number of generated flights [default: 300, with --quick 60]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = flight_count, conflicts_with_all = ["time_unit", "frame", "columns"])]
     pub builtin: Option<usize>,
     /// Rough figures in a tenth of the time: fewer flights and epochs
     #[arg(long)]
@@ -64,6 +71,9 @@ pub struct Args {
     /// [default: replication.md in the folder]
     #[arg(long, value_name = "FILE")]
     pub page: Option<PathBuf>,
+    /// How flight files are read.
+    #[command(flatten)]
+    pub reading: ReadOptions,
 }
 
 /// Why a replication failed.
@@ -78,22 +88,12 @@ pub enum ReplicateError {
     /// Training or scoring failed.
     #[error(transparent)]
     Study(#[from] StudyError),
-    /// The folder cannot be made.
-    #[error("{}: {cause}", path.display())]
-    Folder {
-        /// The folder.
-        path: PathBuf,
-        /// What the system said.
-        cause: std::io::Error,
-    },
+    /// A folder cannot take results.
+    #[error(transparent)]
+    Folder(#[from] OutputFolderError),
     /// The old page cannot be read.
-    #[error("{}: {cause}", path.display())]
-    Page {
-        /// The page.
-        path: PathBuf,
-        /// What the system said.
-        cause: std::io::Error,
-    },
+    #[error(transparent)]
+    Page(#[from] ReadFileError),
     /// A result cannot be written.
     #[error(transparent)]
     Write(#[from] AtomicWriteError),
@@ -116,20 +116,21 @@ struct Data {
 /// See [`ReplicateError`].
 pub fn run(args: &Args) -> Result<(), ReplicateError> {
     // Before the run, not after it: a place that cannot be written to, a page that cannot be read.
-    let folder = |path: &Path| {
-        std::fs::create_dir_all(path).map_err(|cause| ReplicateError::Folder {
-            path: path.to_owned(),
-            cause,
-        })
-    };
-    folder(&args.out)?;
+    output_folder::prepare(&args.out)?;
     let page_path = args
         .page
         .clone()
         .unwrap_or_else(|| args.out.join("replication.md"));
-    if let Some(parent) = page_path.parent() {
-        folder(parent)?;
+    match page_path.parent() {
+        Some(parent) if parent != args.out && !parent.as_os_str().is_empty() => {
+            std::fs::create_dir_all(parent).map_err(|cause| OutputFolderError::Folder {
+                path: parent.to_owned(),
+                cause,
+            })?;
+        }
+        _ => {}
     }
+    atomic_file::check(&[&page_path])?;
     let existing = read_page(&page_path)?;
     let data = flights(args)?;
     for reason in &data.unplaced {
@@ -186,25 +187,27 @@ pub fn run(args: &Args) -> Result<(), ReplicateError> {
 }
 
 fn read_page(path: &Path) -> Result<Option<String>, ReplicateError> {
-    match std::fs::read_to_string(path) {
+    match regular_file::read_text(path, PAGE_BYTES_MAX) {
         Ok(text) => Ok(Some(text)),
-        Err(cause) if cause.kind() == std::io::ErrorKind::NotFound => Ok(None),
-        Err(cause) => Err(ReplicateError::Page {
-            path: path.to_owned(),
-            cause,
-        }),
+        Err(error) if error.is_missing() => Ok(None),
+        Err(error) => Err(error.into()),
     }
 }
 
 fn flights(args: &Args) -> Result<Data, ReplicateError> {
     if let Some(path) = &args.flights {
         let preparation = Preparation {
+            reading: args.reading.clone(),
+            expected: Volume::PAPER,
             segment_s: args.segment_s,
             volume: args.place.then_some(Volume::PAPER),
             radar_m: [0.0; 3],
             seed: args.seed,
         };
         let set = FlightSet::read(path, &preparation)?;
+        for remark in &set.remarks {
+            eprintln!("{remark}");
+        }
         return Ok(Data {
             segments: set.segments,
             source: path.display().to_string(),

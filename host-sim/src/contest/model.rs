@@ -1,10 +1,13 @@
 //! A trained blob and where it came from.
 
 use std::borrow::Cow;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use bnkf::blob::{Blob, BlobError};
+use bnkf::blob::{Blob, BlobError, Kind};
+use bnkf_model_export::cmd::blob_file::BLOB_BYTES_MAX;
 use bnkf_model_export::flights::data_hash;
+use bnkf_model_export::flights::volume::Volume;
+use bnkf_model_export::regular_file::{self, ReadFileError};
 
 /// A blob that was checked.
 #[derive(Clone, Debug)]
@@ -17,14 +20,9 @@ pub struct Model {
 /// Why a blob file cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ModelError {
-    /// The file cannot be read.
-    #[error("{}: cannot read: {cause}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        cause: std::io::Error,
-    },
+    /// The file cannot be read, is none, or is larger than any blob.
+    #[error(transparent)]
+    Read(#[from] ReadFileError),
     /// The bytes are not a blob.
     #[error("{name}: {cause}")]
     Blob {
@@ -41,10 +39,7 @@ impl Model {
     /// # Errors
     /// The file cannot be read or is not a blob.
     pub fn read(path: &Path) -> Result<Self, ModelError> {
-        let bytes = std::fs::read(path).map_err(|cause| ModelError::Io {
-            path: path.to_owned(),
-            cause,
-        })?;
+        let bytes = regular_file::read(path, BLOB_BYTES_MAX)?;
         Self::checked(path.display().to_string(), bytes.into())
     }
 
@@ -77,6 +72,26 @@ impl Model {
     /// Never: the bytes were checked and cannot change.
     pub fn blob(&self) -> Blob<'_> {
         Blob::parse(&self.bytes).expect("the bytes were checked when the model was made")
+    }
+
+    /// Where a recursive model expects its targets, by the ranges that it starts from; `None` for
+    /// other kinds.
+    pub fn volume(&self) -> Option<Volume> {
+        let blob = self.blob();
+        if blob.kind() != Kind::Recursive {
+            return None;
+        }
+        let parameter = |index| f64::from(blob.parameters().get(index));
+        let (range_m_mean, range_m_sd) = (parameter(0), parameter(1));
+        let range_m_max = range_m_mean + 3.0 * range_m_sd;
+        Some(Volume {
+            range_m_min: (range_m_mean - 3.0 * range_m_sd).max(0.0),
+            range_m_max,
+            range_m_mean,
+            range_m_sd,
+            height_m_min: -range_m_max,
+            height_m_max: range_m_max,
+        })
     }
 
     /// SHA-256 of the bytes, as `sha256sum` prints it.

@@ -47,6 +47,8 @@ pub struct CampaignProvenance {
     pub recordings: usize,
     /// Segments that do not fit into the volume, and why.
     pub unplaced: Vec<String>,
+    /// What was assumed and what is suspicious about the flights.
+    pub remarks: Vec<String>,
     /// Number of folds.
     pub folds: usize,
     /// A quick run: fewer flights, epochs and noise tables.

@@ -41,6 +41,8 @@ pub struct Provenance {
     pub segments: usize,
     /// Segments that were left out because they do not fit into the volume, and why.
     pub unplaced: Vec<String>,
+    /// What was assumed and what is suspicious about the flights.
+    pub remarks: Vec<String>,
     /// Length of a segment, seconds; 0: whole flights.
     pub segment_s: f64,
     /// Whether segments were moved into the scenario's volume.
@@ -119,6 +121,7 @@ mod tests {
             flights: 0,
             segments: 0,
             unplaced: Vec::new(),
+            remarks: Vec::new(),
             segment_s: 15.0,
             placed: true,
             radar_m: [0.0; 3],

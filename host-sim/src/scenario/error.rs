@@ -1,17 +1,17 @@
 //! What can be wrong with a scenario.
 
+use bnkf_model_export::regular_file::ReadFileError;
+
 /// Why there is no scenario.
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
     /// The name is not a built-in one and the file cannot be read.
-    #[error("{file}: cannot read: {cause} (built in: {known})")]
-    Io {
-        /// The file.
-        file: String,
+    #[error("{cause} (built in: {known})")]
+    Read {
         /// The names of the built-in scenarios.
         known: String,
-        /// What the system said.
-        cause: std::io::Error,
+        /// Which file, and why not.
+        cause: ReadFileError,
     },
     /// A line is wrong.
     #[error("{file}:{line}: {message}")]

@@ -2,8 +2,11 @@
 
 use std::ops::{Range, RangeInclusive};
 
+use bnkf_model_export::brief_number::brief;
 use bnkf_model_export::flights::data_hash;
-use bnkf_model_export::flights::volume::Volume;
+use bnkf_model_export::flights::flight::SAMPLES_MIN;
+use bnkf_model_export::flights::generator::NOMINAL_S_MAX;
+use bnkf_model_export::flights::volume::{Volume, VolumeError};
 use bnkf_model_export::radar::gaps::SamplingRate;
 use bnkf_model_export::radar::noise::{NoiseSigmas, NoiseTable};
 use serde::Deserialize;
@@ -12,14 +15,35 @@ use toml::Spanned;
 use super::{Scenario, ScenarioError};
 use crate::scenario::radar::{Pattern, Radar};
 
+/// Most flights.
+const COUNT_MAX: f64 = 100_000.0;
+/// Most samples of all flights: a gigabyte with their tracks.
+const SAMPLES_MAX: f64 = 5e6;
+/// Farthest point, metres: ten times what a counter-UAS radar sees.
+const RANGE_M_MAX: f64 = 50_000.0;
+/// Smallest part of the samples that is measured, and most such parts.
+const RATE_MIN: f64 = 0.001;
+const RATES_MAX: usize = 10;
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
-    name: String,
-    summary: String,
+    name: Spanned<String>,
+    summary: Spanned<String>,
     flights: Flights,
-    volume: Spanned<Volume>,
+    volume: VolumeTable,
     radar: RadarTable,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct VolumeTable {
+    range_m_min: Spanned<f64>,
+    range_m_max: Spanned<f64>,
+    range_m_mean: Spanned<f64>,
+    range_m_sd: Spanned<f64>,
+    height_m_min: Spanned<f64>,
+    height_m_max: Spanned<f64>,
 }
 
 #[derive(Deserialize)]
@@ -37,7 +61,7 @@ struct Flights {
 #[serde(deny_unknown_fields)]
 struct RadarTable {
     noise_tables: Spanned<Vec<NoiseTable>>,
-    rates: Spanned<Vec<SamplingRate>>,
+    rates: Spanned<Vec<Spanned<f64>>>,
     pattern: Pattern,
     detection_probability: Spanned<f64>,
     false_alarm_probability: Spanned<f64>,
@@ -87,7 +111,8 @@ impl Place<'_> {
             return Ok(number);
         }
         let message = format!(
-            "`{name}` = {number} is not between {} and {}",
+            "`{name}` = {} is not between {} and {}",
+            brief(number),
             limits.start(),
             limits.end()
         );
@@ -103,15 +128,129 @@ impl Place<'_> {
         })
     }
 
-    fn filled<T: Clone>(
-        &self,
-        list: &Spanned<Vec<T>>,
-        name: &str,
-    ) -> Result<Vec<T>, ScenarioError> {
-        if list.get_ref().is_empty() {
-            return Err(self.error(Some(list.span()), &format!("`{name}` is empty")));
+    /// A whole number.
+    fn count(&self, value: &Spanned<f64>, name: &str) -> Result<usize, ScenarioError> {
+        let count = self.within(value, name, 2.0..=COUNT_MAX)?;
+        if count.fract() == 0.0 {
+            return Ok(count as usize);
         }
-        Ok(list.get_ref().clone())
+        let message = format!("`{name}` = {count} is not a whole number");
+        Err(self.error(Some(value.span()), &message))
+    }
+
+    /// Text for people, in one line.
+    fn line(
+        &self,
+        text: &Spanned<String>,
+        name: &str,
+        characters_max: usize,
+    ) -> Result<String, ScenarioError> {
+        let characters = text.get_ref().chars().count();
+        if !(1..=characters_max).contains(&characters) {
+            let message =
+                format!("`{name}` has {characters} characters, not 1 to {characters_max}");
+            return Err(self.error(Some(text.span()), &message));
+        }
+        if text.get_ref().contains(char::is_control) {
+            let message = format!("`{name}` has a line break or another control character");
+            return Err(self.error(Some(text.span()), &message));
+        }
+        Ok(text.get_ref().clone())
+    }
+
+    /// A list of one to `most` values, none of them twice.
+    fn distinct<T: Clone + PartialEq>(
+        &self,
+        list: &[T],
+        span: Option<Range<usize>>,
+        name: &str,
+        most: usize,
+    ) -> Result<Vec<T>, ScenarioError> {
+        if list.is_empty() {
+            return Err(self.error(span, &format!("`{name}` is empty")));
+        }
+        if list.len() > most {
+            let message = format!("`{name}` has {} values, at most {most}", list.len());
+            return Err(self.error(span, &message));
+        }
+        if (1..list.len()).any(|index| list[..index].contains(&list[index])) {
+            return Err(self.error(span, &format!("`{name}` has a value twice")));
+        }
+        Ok(list.to_vec())
+    }
+
+    fn rates(
+        &self,
+        rates: &Spanned<Vec<Spanned<f64>>>,
+    ) -> Result<Vec<SamplingRate>, ScenarioError> {
+        let mut checked = Vec::new();
+        // No more than the next check wants to see.
+        for rate in rates.get_ref().iter().take(RATES_MAX + 1) {
+            let number = self.within(rate, "rates", RATE_MIN..=1.0)?;
+            let rate = SamplingRate::new(number)
+                .map_err(|error| self.error(Some(rate.span()), &error.to_string()))?;
+            checked.push(rate);
+        }
+        self.distinct(&checked, Some(rates.span()), "rates", RATES_MAX)
+    }
+
+    fn volume(&self, table: &VolumeTable) -> Result<Volume, ScenarioError> {
+        let size = 0.1..=RANGE_M_MAX;
+        let height = -RANGE_M_MAX..=RANGE_M_MAX;
+        let volume = Volume {
+            range_m_min: self.within(&table.range_m_min, "range_m_min", size.clone())?,
+            range_m_max: self.within(&table.range_m_max, "range_m_max", size.clone())?,
+            range_m_mean: self.within(&table.range_m_mean, "range_m_mean", size.clone())?,
+            range_m_sd: self.within(&table.range_m_sd, "range_m_sd", size)?,
+            height_m_min: self.within(&table.height_m_min, "height_m_min", height.clone())?,
+            height_m_max: self.within(&table.height_m_max, "height_m_max", height)?,
+        };
+        match volume.check() {
+            Ok(()) => Ok(volume),
+            Err(VolumeError::Empty(low, high)) => {
+                let place = match low {
+                    "height_m_min" => &table.height_m_min,
+                    _ => &table.range_m_min,
+                };
+                let message = format!("`{low}` is not below `{high}`");
+                Err(self.error(Some(place.span()), &message))
+            }
+            Err(error) => Err(self.error(Some(table.range_m_min.span()), &error.to_string())),
+        }
+    }
+
+    /// Every field is within its bounds, and still all together may be too much.
+    fn samples(&self, flights: &Flights, count: usize) -> Result<(), ScenarioError> {
+        let samples = (flights.duration_s.get_ref() * flights.rate_hz.get_ref()).round();
+        let nominal_s = flights.duration_s.get_ref() * flights.speed_scale.get_ref()
+            / flights.size_scale.get_ref();
+        let products = [
+            (
+                "`duration_s` x `rate_hz`",
+                samples,
+                SAMPLES_MIN as f64,
+                SAMPLES_MAX,
+            ),
+            (
+                "`count` x `duration_s` x `rate_hz`",
+                count as f64 * samples,
+                0.0,
+                SAMPLES_MAX,
+            ),
+            (
+                "`duration_s` x `speed_scale` / `size_scale`",
+                nominal_s,
+                0.0,
+                NOMINAL_S_MAX,
+            ),
+        ];
+        for (name, value, low, high) in products {
+            if !(low..=high).contains(&value) {
+                let message = format!("{name} = {value} is not between {low} and {high}");
+                return Err(self.error(Some(flights.duration_s.span()), &message));
+            }
+        }
+        Ok(())
     }
 }
 
@@ -121,22 +260,12 @@ pub fn parse(text: &str, file: &str) -> Result<Scenario, ScenarioError> {
     let form: File =
         toml::from_str(text).map_err(|error| place.error(error.span(), error.message()))?;
     let (flights, radar) = (&form.flights, &form.radar);
-    let volume = *form.volume.get_ref();
-    volume.check().map_err(|error| {
-        // The table's span starts at its header; the key itself is the first of its name after it.
-        let named = error.to_string();
-        let key = named.split('`').nth(1).unwrap_or_default();
-        let table = text.find("[volume]").unwrap_or_default();
-        let start = text[table..]
-            .find(key)
-            .map_or(table, |offset| table + offset);
-        place.error(Some(start..start), &named)
-    })?;
-    Ok(Scenario {
-        name: form.name.clone(),
-        summary: form.summary.clone(),
-        count: place.within(&flights.count, "count", 2.0..=100_000.0)? as usize,
-        quick_count: place.within(&flights.quick_count, "quick_count", 2.0..=100_000.0)? as usize,
+    let volume = place.volume(&form.volume)?;
+    let scenario = Scenario {
+        name: place.line(&form.name, "name", 60)?,
+        summary: place.line(&form.summary, "summary", 300)?,
+        count: place.count(&flights.count, "count")?,
+        quick_count: place.count(&flights.quick_count, "quick_count")?,
         duration_s: place.within(&flights.duration_s, "duration_s", 1.0..=3600.0)?,
         rate_hz: place.within(&flights.rate_hz, "rate_hz", 0.1..=1000.0)?,
         speed_scale: place.within(&flights.speed_scale, "speed_scale", 0.01..=100.0)?,
@@ -149,8 +278,13 @@ pub fn parse(text: &str, file: &str) -> Result<Scenario, ScenarioError> {
                 place.sigmas(&radar.medium)?,
                 place.sigmas(&radar.high)?,
             ],
-            tables: place.filled(&radar.noise_tables, "noise_tables")?,
-            rates: place.filled(&radar.rates, "rates")?,
+            tables: place.distinct(
+                radar.noise_tables.get_ref(),
+                Some(radar.noise_tables.span()),
+                "noise_tables",
+                2,
+            )?,
+            rates: place.rates(&radar.rates)?,
             pattern: radar.pattern,
             detection_probability: place.within(
                 &radar.detection_probability,
@@ -165,5 +299,7 @@ pub fn parse(text: &str, file: &str) -> Result<Scenario, ScenarioError> {
             range_m_max: volume.range_m_max,
             stated_factor: 1.0,
         },
-    })
+    };
+    place.samples(flights, scenario.count.max(scenario.quick_count))?;
+    Ok(scenario)
 }

@@ -1,5 +1,6 @@
 //! Which flights a subcommand works on.
 
+use crate::flights::csv::options::ReadOptions;
 use crate::flights::flight::Flight;
 use crate::flights::generator::{GeneratorError, GeneratorSettings, generate};
 use crate::flights::segment::PAPER_SEGMENT_S;
@@ -7,14 +8,20 @@ use crate::flights::set::{FlightSet, FlightSetError, Preparation};
 use crate::flights::volume::Volume;
 use std::path::PathBuf;
 
+/// Most built-in flights: a gigabyte.
+const BUILTIN_MAX: usize = 100_000;
+
 /// Flights of a folder, or built-in ones.
 #[derive(Clone, Debug, clap::Args)]
 pub struct FlightSource {
     /// Folder of flight files (.csv or .txt: timestamp,tx,ty,tz), or one file
     #[arg(long, value_name = "PATH", conflicts_with = "builtin")]
     pub flights: Option<PathBuf>,
+    /// How they are read.
+    #[command(flatten)]
+    pub reading: ReadOptions,
     /// Number of built-in flights of 15 s, instead of a folder
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = flight_count, conflicts_with_all = ["time_unit", "frame", "columns"])]
     pub builtin: Option<usize>,
     /// Seed of the built-in flights
     #[arg(
@@ -64,12 +71,17 @@ impl FlightSource {
     pub fn load(&self, seed: u64) -> Result<NamedFlights, FlightSourceError> {
         if let Some(path) = &self.flights {
             let preparation = Preparation {
+                reading: self.reading.clone(),
+                expected: Volume::PAPER,
                 segment_s: self.segment_s,
                 volume: self.place.then_some(Volume::PAPER),
                 radar_m: [0.0; 3],
                 seed,
             };
             let set = FlightSet::read(path, &preparation)?;
+            for remark in &set.remarks {
+                eprintln!("{remark}");
+            }
             for reason in &set.unplaced {
                 eprintln!("warning: left out: {reason}");
             }
@@ -99,6 +111,18 @@ impl FlightSource {
             (None, None) => builtin(count, builtin_seed),
             _ => self.load(seed),
         }
+    }
+}
+
+/// A number of built-in flights, as an option's value.
+///
+/// # Errors
+/// What is wrong with `text`.
+pub fn flight_count(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count) if (1..=BUILTIN_MAX).contains(&count) => Ok(count),
+        Ok(_) => Err(format!("not 1 to {BUILTIN_MAX} flights")),
+        Err(error) => Err(error.to_string()),
     }
 }
 

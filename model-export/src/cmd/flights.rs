@@ -107,6 +107,8 @@ fn write_folder(path: &Path, flights: &[Flight]) -> Result<(), FlightsError> {
 #[cfg(test)]
 mod tests {
     use super::{FlightsError, run, write_folder};
+    use crate::flights::csv::FlightFile;
+    use crate::flights::csv::options::ReadOptions;
     use crate::flights::folder::read_flights;
     use crate::flights::generator::{GeneratorSettings, generate};
     use clap::Parser as _;
@@ -114,7 +116,7 @@ mod tests {
 
     #[derive(clap::Parser)]
     #[command(no_binary_name = true)]
-    struct Args {
+    struct Line {
         #[command(flatten)]
         args: super::Args,
     }
@@ -132,12 +134,15 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (path, flights) = (folder.path().join("flights"), flights());
         write_folder(&path, &flights).unwrap();
-        let mut read = read_flights(&path).unwrap();
+        let mut read = read_flights(&path, &ReadOptions::default()).unwrap();
         assert_eq!(read.len(), 3);
         for flight in &flights {
             let name = format!("{}.csv", flight.name);
-            let at = read.iter().position(|other| other.name == name).unwrap();
-            let other = read.remove(at);
+            let at = read
+                .iter()
+                .position(|file| file.flight.name == name)
+                .unwrap();
+            let FlightFile { flight: other, .. } = read.remove(at);
             assert_eq!(other.samples.len(), 150);
             for (read, written) in other.samples.iter().zip(&flight.samples) {
                 assert_eq!(read.time_s, written.time_s);
@@ -154,7 +159,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("flights");
         let out = path.to_str().unwrap();
-        let Args { args } = Args::parse_from(["--builtin", "12", "--out", out]);
+        let Line { args } = Line::parse_from(["--builtin", "12", "--out", out]);
         run(&args).unwrap();
         let written = std::fs::read_dir(&path).unwrap();
         let mut files = 0;

@@ -16,7 +16,7 @@ pub struct Args {
     /// The recursive blob
     model: PathBuf,
     /// Flights of each of the five kinds
-    #[arg(long, value_name = "N", default_value_t = 2000)]
+    #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     flights: u32,
     /// Monte Carlo passes; 1 takes every weight at its mean
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=100))]

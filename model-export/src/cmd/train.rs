@@ -3,14 +3,17 @@
 use super::flight_source::{FlightSource, FlightSourceError};
 use super::train_memoryless::{self, MemorylessArgs};
 use super::train_recursive::{self, RecursiveArgs};
-use crate::atomic_file::AtomicWriteError;
+use crate::atomic_file::{self, AtomicWriteError};
+use crate::blob::unrounded;
 use crate::flights::held_out::HeldOutError;
 use crate::interrupt::Interrupt;
 use crate::memoryless::checkpoint::CheckpointError;
 use crate::memoryless::gradient::SHARDS;
+use crate::memoryless::provenance;
 use crate::memoryless::training::DivergedError;
 use crate::memoryless::training_settings::{TrainingSettings, TrainingSettingsError};
 use crate::recursive::training::{ResumeError, TrainingError};
+use crate::regular_file::ReadFileError;
 use bnkf::TrackerError;
 use bnkf::blob::BlobError;
 use std::path::{Path, PathBuf};
@@ -46,6 +49,10 @@ pub struct Args {
     #[command(flatten)]
     recursive: RecursiveArgs,
 }
+
+/// Longest checkpoint that is read, bytes: ten numbers for every weight of the largest networks are
+/// a few megabytes.
+pub const CHECKPOINT_BYTES_MAX: u64 = 1 << 26;
 
 /// What a blob estimates with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -94,21 +101,12 @@ pub enum TrainError {
     /// An option makes no sense.
     #[error(transparent)]
     Settings(#[from] TrainingSettingsError),
-    /// The folder of the output is missing. Found before the run, not after it.
-    #[error("{}: its folder does not exist", .0.display())]
-    NoFolder(PathBuf),
     /// A checkpoint would be lost.
     #[error("{}: an interrupted run lies here; continue it with --resume or delete it", .0.display())]
     CheckpointExists(PathBuf),
     /// The checkpoint cannot be read.
-    #[error("{}: cannot read: {cause}", path.display())]
-    Read {
-        /// The checkpoint.
-        path: PathBuf,
-        /// What the system said.
-        #[source]
-        cause: std::io::Error,
-    },
+    #[error(transparent)]
+    Read(#[from] ReadFileError),
     /// The checkpoint does not belong to this run.
     #[error("{}: {cause}", path.display())]
     Checkpoint {
@@ -139,10 +137,13 @@ pub enum TrainError {
     /// The tracker refuses the trained model.
     #[error("the trained model: {0}")]
     Passes(TrackerError),
+    /// No blob can hold what the flights' statistics are; found before the first epoch.
+    #[error("these flights are too few or too alike for a model, which no blob would hold: {0}")]
+    Statistics(BlobError),
     /// The weights fit into no blob.
     #[error("the trained weights fit into no blob: {0}")]
     Blob(#[from] BlobError),
-    /// A file cannot be written.
+    /// A file cannot be written; as far as that can be known, found before the run.
     #[error(transparent)]
     Write(#[from] AtomicWriteError),
     /// The finished run's checkpoint cannot be removed.
@@ -208,14 +209,13 @@ fn default_threads() -> usize {
 }
 
 fn check_paths(args: &Args) -> Result<(), TrainError> {
-    let folder = args
-        .out
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty());
-    if folder.is_some_and(|folder| !folder.is_dir()) {
-        return Err(TrainError::NoFolder(args.out.clone()));
-    }
     let checkpoint = args.checkpoint_path();
+    atomic_file::check(&[
+        &args.out,
+        &provenance::path_beside(&args.out),
+        &unrounded::path_beside(&args.out),
+        &checkpoint,
+    ])?;
     if !args.resume && checkpoint.exists() {
         return Err(TrainError::CheckpointExists(checkpoint));
     }

@@ -1,6 +1,6 @@
 //! `model-export train --kind memoryless`: trains BNN, BNKF or BNKFe and writes the blob.
 
-use super::train::{Outcome, Run, TrainError};
+use super::train::{CHECKPOINT_BYTES_MAX, Outcome, Run, TrainError};
 use crate::atomic_file;
 use crate::blob::quantise::{layer_errors, quantise};
 use crate::blob::unrounded;
@@ -17,7 +17,9 @@ use crate::memoryless::training_progress::TrainingProgress;
 use crate::memoryless::training_settings::{
     Divergence, ErrorScale, Features, TrainingSettings, TrainingSettingsError,
 };
+use crate::posterior::gaussian_weights::GaussianWeights;
 use crate::radar::noise::NoiseTable;
+use crate::regular_file;
 use std::io::Write as _;
 use std::time::{Duration, Instant};
 
@@ -142,6 +144,11 @@ pub fn train(run: &Run<'_>, args: &MemorylessArgs) -> Result<Outcome, TrainError
     let data = TrainingData::new(source.flights, settings)?;
     describe(&source.source, &data);
     let state = start(run, settings, &data)?;
+    // What the flights contribute to the blob does not change any more.
+    let networks = state.members.iter().map(|member| member.weights.clone());
+    model(settings, &data, networks.collect())
+        .blob()
+        .map_err(TrainError::Statistics)?;
 
     let mut progress = TrainingProgress::new(settings.epochs + settings.grid_epochs, state.epoch);
     let mut saved = Instant::now();
@@ -224,10 +231,22 @@ fn start(
         return Ok(State::start(settings)?);
     }
     let path = run.checkpoint.to_owned();
-    match std::fs::read(&path) {
-        Ok(bytes) => checkpoint::parse(&bytes, settings, &data.sha256)
-            .map_err(|cause| TrainError::Checkpoint { path, cause }),
-        Err(cause) => Err(TrainError::Read { path, cause }),
+    let bytes = regular_file::read(&path, CHECKPOINT_BYTES_MAX)?;
+    checkpoint::parse(&bytes, settings, &data.sha256)
+        .map_err(|cause| TrainError::Checkpoint { path, cause })
+}
+
+fn model(
+    settings: &TrainingSettings,
+    data: &TrainingData,
+    networks: Vec<GaussianWeights>,
+) -> MemorylessModel {
+    MemorylessModel {
+        layout: settings.features.layout(),
+        normalisation: data.normalisation.clone(),
+        speed_sigma_mps: data.speed_sigma_mps,
+        acceleration_sigma_mps2: data.acceleration_sigma_mps2,
+        networks,
     }
 }
 
@@ -246,13 +265,8 @@ fn write(
         .members
         .iter()
         .filter_map(|member| member.unrounded.as_ref());
-    let model = MemorylessModel {
-        layout: settings.features.layout(),
-        normalisation: data.normalisation.clone(),
-        speed_sigma_mps: data.speed_sigma_mps,
-        acceleration_sigma_mps2: data.acceleration_sigma_mps2,
-        networks: best.clone().map(|best| best.weights.clone()).collect(),
-    };
+    let networks = best.clone().map(|best| best.weights.clone()).collect();
+    let model = model(settings, data, networks);
     let blob = model.blob()?;
     let provenance = Provenance {
         command: command_line("model-export"),

@@ -1,7 +1,7 @@
 //! `model-export train --kind recursive`: trains the recursive estimator and writes its blob.
 
 use super::flight_source::{FlightSourceError, NamedFlights};
-use super::train::{Outcome, Run, TrainError};
+use super::train::{CHECKPOINT_BYTES_MAX, Outcome, Run, TrainError};
 use crate::atomic_file;
 use crate::blob::quantise::layer_errors;
 use crate::blob::unrounded;
@@ -17,6 +17,7 @@ use crate::recursive::recipe::Recipe;
 use crate::recursive::scenario::Scenario;
 use crate::recursive::training::{ResumeError, Training};
 use crate::recursive::training_progress::RecursiveProgress;
+use crate::regular_file;
 use bnkf::blob::Blob;
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -24,6 +25,8 @@ use std::time::{Duration, Instant};
 
 /// Time between two checkpoints.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(30);
+/// Largest weight of the distance.
+const WEIGHT_MAX: f64 = 1000.0;
 /// Seed of the radar's noise over the held-out flights.
 const HELD_OUT_SEED: u64 = 3;
 
@@ -66,8 +69,8 @@ impl RecursiveArgs {
 
 fn weight(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(weight) if weight.is_finite() && weight >= 0.0 => Ok(weight),
-        Ok(_) => Err("a weight is finite and not negative".to_owned()),
+        Ok(weight) if (0.0..=WEIGHT_MAX).contains(&weight) => Ok(weight),
+        Ok(_) => Err(format!("a weight is 0 to {WEIGHT_MAX}")),
         Err(error) => Err(error.to_string()),
     }
 }
@@ -92,6 +95,8 @@ pub fn train(run: &Run<'_>, args: &RecursiveArgs) -> Result<Outcome, TrainError>
         named.flights.len()
     );
     let mut training = start(run, recipe, &named)?;
+    // What the flights contribute to the blob does not change any more.
+    training.model().blob().map_err(TrainError::Statistics)?;
     let mut progress = RecursiveProgress::new(training.recipe.episodes, training.episode);
     let mut saved = Instant::now();
     while training.episode < training.recipe.episodes {
@@ -149,11 +154,9 @@ fn start<'f>(
         return Ok(Training::new(recipe, &named.flights)?);
     }
     let path: PathBuf = run.checkpoint.to_owned();
-    match std::fs::read(&path) {
-        Ok(bytes) => Training::resume(recipe, &named.flights, &bytes)
-            .map_err(|cause: ResumeError| TrainError::RecursiveCheckpoint { path, cause }),
-        Err(cause) => Err(TrainError::Read { path, cause }),
-    }
+    let bytes = regular_file::read(&path, CHECKPOINT_BYTES_MAX)?;
+    Training::resume(recipe, &named.flights, &bytes)
+        .map_err(|cause: ResumeError| TrainError::RecursiveCheckpoint { path, cause })
 }
 
 fn write(

@@ -11,6 +11,7 @@ use crate::memoryless::normalisation::Normalisations;
 use crate::memoryless::rows::Rows;
 use crate::memoryless::verification::{Comparison, SHIFT_MAX, SIGMA_ERROR_MAX, Summary, compare};
 use crate::radar::noise::{NoiseLevel, NoiseTable};
+use crate::regular_file::{self, ReadFileError};
 use bnkf::blob::{Blob, Kind};
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -62,14 +63,8 @@ pub enum VerifyError {
         cause: VerifyRecursiveError,
     },
     /// The unrounded weights cannot be read.
-    #[error("{}: cannot read: {cause}", path.display())]
-    Read {
-        /// Their file.
-        path: PathBuf,
-        /// What the system said.
-        #[source]
-        cause: std::io::Error,
-    },
+    #[error(transparent)]
+    Read(#[from] ReadFileError),
     /// The unrounded weights cannot be used.
     #[error("{}: {cause}", path.display())]
     Unrounded {
@@ -101,11 +96,10 @@ pub fn run(args: &Args) -> Result<(), VerifyError> {
         cause,
     })?;
     let path = unrounded::path_beside(&args.model);
-    let weights = match std::fs::read(&path) {
-        Ok(weights) => unrounded::parse(&weights, &bytes),
-        Err(cause) => return Err(VerifyError::Read { path, cause }),
-    };
-    let networks = weights.map_err(|cause| VerifyError::Unrounded { path, cause })?;
+    let weights = regular_file::read(&path, unrounded::BYTES_MAX)?;
+    let networks = unrounded::parse(&weights, &bytes)
+        .and_then(|networks| unrounded::check_shape(&networks, &blob).map(|()| networks))
+        .map_err(|cause| VerifyError::Unrounded { path, cause })?;
     if let (Kind::Recursive, [weights]) = (blob.kind(), &networks[..]) {
         let verified =
             verify_recursive::verify(blob, weights, &args.source, &args.recursive, args.seed);

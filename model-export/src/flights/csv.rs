@@ -2,19 +2,35 @@
 //!
 //! `timestamp` is in seconds, from any epoch; `tx,ty,tz` are metres, east, north, up. Columns may
 //! come in any order and others are ignored; blanks around values, CRLF, a byte-order mark, a `#`
-//! before the header and blank lines are accepted. No input panics: whatever is not a flight is an
-//! error that names the file, the line and the column.
+//! before the header, comment lines and blank lines are accepted, and quotes are RFC 4180's.
+//!
+//! Other dialects are read where they can be told: tabs, semicolons (with decimal commas) or blanks
+//! between the columns, other names ([`columns`]), milliseconds to nanoseconds ([`time_unit`]),
+//! north-east-down ([`frame`]). What was assumed is said in [`FlightFile::notes`]. No input panics:
+//! whatever is not a flight is an error that names the file, the line and the column.
+
+pub mod columns;
+pub mod frame;
+pub mod options;
+mod records;
+pub mod time_unit;
 
 use crate::atomic_file::{self, AtomicWriteError};
 use crate::flights::flight::{Flight, SampleField, TrackError};
+use crate::regular_file::{self, ReadFileCause};
+use columns::{Columns, ColumnsError};
+use frame::Frame;
+use options::ReadOptions;
+use records::{Record, Records, RecordsError, Separator};
 use std::fmt::Write;
-use std::fs::File;
-use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
+use time_unit::{TimeUnit, TimeUnitError};
 
 /// Largest flight file, bytes.
 pub const FILE_BYTES_MAX: u64 = 1 << 28;
-/// Largest median time step, seconds: more means that the times are not in seconds.
+/// Most samples of a flight file: eleven hours at 100 Hz.
+pub const SAMPLES_MAX: usize = 4_000_000;
+/// Largest median time step, seconds: more is no flight that a tracker follows.
 pub const MEDIAN_STEP_S_MAX: f64 = 10.0;
 
 /// Why a file is not a flight, and where.
@@ -33,78 +49,83 @@ pub struct FlightFileError {
 /// What is wrong with a flight file.
 #[derive(Debug, thiserror::Error)]
 pub enum FlightFileCause {
-    /// The file is missing or cannot be read.
-    #[error("cannot read: {0}")]
-    Io(#[source] std::io::Error),
-    /// A folder, a device or a pipe.
-    #[error("not a regular file")]
-    NotAFile,
-    /// Beyond [`FILE_BYTES_MAX`].
-    #[error("{bytes} bytes, at most {FILE_BYTES_MAX} are read")]
-    TooLarge {
-        /// Size of the file.
-        bytes: u64,
-    },
+    /// The file is missing, too large, no file, or cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadFileCause),
     /// No header line.
     #[error("the file is empty")]
     Empty,
-    /// The header lacks a column.
-    #[error("column `{0}` is missing from the header")]
-    MissingColumn(SampleField),
-    /// The header names a column twice.
-    #[error("column `{0}` appears twice in the header")]
-    DuplicateColumn(SampleField),
+    /// Beyond [`SAMPLES_MAX`].
+    #[error("more than {SAMPLES_MAX} samples")]
+    TooManySamples,
+    /// The lines are not records of fields.
+    #[error(transparent)]
+    Records(#[from] RecordsError),
+    /// The header lacks a column, or names one twice.
+    #[error(transparent)]
+    Columns(#[from] ColumnsError),
     /// The line ends before the column.
     #[error("`{0}` is missing")]
-    MissingField(SampleField),
+    MissingField(String),
     /// Not a decimal number.
-    #[error("`{field}` is not a number: {text:?}")]
+    #[error("`{column}` is not a number: {text:?}")]
     NotANumber {
         /// The column.
-        field: SampleField,
+        column: String,
         /// The first characters of what stands there.
         text: String,
     },
-    /// The line is not UTF-8 text.
-    #[error("not UTF-8 text")]
-    NotUtf8,
+    /// Some numbers have a point, others a comma.
+    #[error("`{column}` = {text:?}: decimal commas and decimal points in one file")]
+    MixedDecimals {
+        /// The column.
+        column: String,
+        /// What stands there.
+        text: String,
+    },
     /// The numbers are not a flight.
     #[error(transparent)]
     Track(#[from] TrackError),
+    /// The times' unit cannot be told.
+    #[error(transparent)]
+    TimeUnit(#[from] TimeUnitError),
     /// Beyond [`MEDIAN_STEP_S_MAX`].
-    #[error("the median time step is {median_s} s: is `timestamp` in seconds?")]
+    #[error(
+        "the median time step is {median_s} s, more than {MEDIAN_STEP_S_MAX} s: is `{column}` in another unit? \
+         See --time-unit"
+    )]
     StepTooLong {
         /// Median time between two samples, seconds.
         median_s: f64,
+        /// The time's column.
+        column: String,
     },
+}
+
+/// A flight file as it was read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlightFile {
+    /// The flight, east-north-up.
+    pub flight: Flight,
+    /// What the reader assumed about unit, frame or numbers, and the option that says otherwise;
+    /// empty for a file as this module's first line describes it.
+    pub notes: Vec<String>,
 }
 
 /// Reads one flight file. The flight is named after the file, and so is its source.
 ///
 /// # Errors
 /// See [`FlightFileCause`].
-pub fn read_flight_csv(path: &Path) -> Result<Flight, FlightFileError> {
-    let whole_file = |cause| FlightFileError {
-        path: path.to_owned(),
-        line: None,
-        cause,
-    };
-    let io = |error| whole_file(FlightFileCause::Io(error));
-    let status = std::fs::metadata(path).map_err(io)?;
-    if !status.is_file() {
-        return Err(whole_file(FlightFileCause::NotAFile));
-    }
-    if status.len() > FILE_BYTES_MAX {
-        let bytes = status.len();
-        return Err(whole_file(FlightFileCause::TooLarge { bytes }));
-    }
-    let name = path.file_name().unwrap_or(path.as_os_str());
-    let file = BufReader::new(File::open(path).map_err(io)?);
-    parse(file, &name.to_string_lossy()).map_err(|(line, cause)| FlightFileError {
+pub fn read_flight_csv(path: &Path, options: &ReadOptions) -> Result<FlightFile, FlightFileError> {
+    let failed = |(line, cause)| FlightFileError {
         path: path.to_owned(),
         line,
         cause,
-    })
+    };
+    let bytes = regular_file::read(path, FILE_BYTES_MAX)
+        .map_err(|error| failed((None, error.cause.into())))?;
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    parse(&bytes, &name.to_string_lossy(), options).map_err(failed)
 }
 
 /// Writes time and position of `flight` as a flight file, in full precision, in one step.
@@ -122,78 +143,217 @@ pub fn write_flight_csv(path: &Path, flight: &Flight) -> Result<(), AtomicWriteE
     atomic_file::write(path, text.as_bytes())
 }
 
-type Located = (Option<u64>, FlightFileCause);
+/// The line, where there is one, and what is wrong there.
+pub type Located = (Option<u64>, FlightFileCause);
 
-fn parse(mut input: impl BufRead, name: &str) -> Result<Flight, Located> {
-    let mut columns = None;
+/// The flight in `bytes`, the contents of the file `name`.
+///
+/// # Errors
+/// See [`FlightFileCause`].
+pub fn parse(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<FlightFile, Located> {
+    let (mut records, columns) = header(bytes, options)?;
+    let mut decimals = Decimals::default();
     let mut rows = Vec::new();
     let mut lines = Vec::new();
-    let mut bytes = Vec::new();
-    for line in 1.. {
-        bytes.clear();
-        let at = |cause| (Some(line), cause);
-        let read = input.read_until(b'\n', &mut bytes);
-        if read.map_err(|error| at(FlightFileCause::Io(error)))? == 0 {
-            break;
-        }
-        let text = std::str::from_utf8(&bytes).map_err(|_| at(FlightFileCause::NotUtf8))?;
-        // A spreadsheet saves an empty row as commas.
-        if text.chars().all(|c| c == ',' || c.is_whitespace()) {
+    let mut invalid = 0_usize;
+    while let Some(record) = records.next_record()? {
+        if record.is_comment() {
             continue;
         }
-        match &columns {
-            None => columns = Some(find_columns(text).map_err(at)?),
-            Some(columns) => {
-                rows.push(parse_row(text, columns).map_err(at)?);
-                lines.push(line);
-            }
+        let at = |cause| (Some(record.line), cause);
+        if rows.len() == SAMPLES_MAX {
+            return Err(at(FlightFileCause::TooManySamples));
         }
+        if columns.says_invalid(&record) {
+            invalid += 1;
+            continue;
+        }
+        let row = parse_row(&record, &columns, records.separator, &mut decimals);
+        rows.push(row.map_err(at)?);
+        lines.push(record.line);
     }
-    if columns.is_none() {
-        return Err((None, FlightFileCause::Empty));
+    let mut notes = decimals.notes();
+    if invalid > 0 {
+        notes.push(format!(
+            "{invalid} rows left out whose position is marked as invalid"
+        ));
     }
+    notes.extend(to_seconds(&mut rows, &columns, options).map_err(|cause| (None, cause))?);
+    notes.extend(to_east_north_up(&mut rows, &columns, options));
     let flight = Flight::from_track(name, name, &rows).map_err(|error| {
         let line = error.index().map(|index| lines[index]);
         (line, FlightFileCause::Track(error))
     })?;
     let median_s = flight.median_step_s();
     if median_s > MEDIAN_STEP_S_MAX {
-        return Err((None, FlightFileCause::StepTooLong { median_s }));
+        let column = columns.title(SampleField::Time).to_owned();
+        return Err((None, FlightFileCause::StepTooLong { median_s, column }));
     }
-    Ok(flight)
+    Ok(FlightFile { flight, notes })
 }
 
-/// Where each of the four columns stands in the header.
-fn find_columns(header: &str) -> Result<[usize; 4], FlightFileCause> {
-    let titles: Vec<&str> = header
-        .trim_start_matches(['\u{feff}', '#'])
-        .split(',')
-        .map(|title| title.trim().trim_matches('"'))
-        .collect();
-    let mut columns = [0; 4];
-    for (column, field) in columns.iter_mut().zip(SampleField::ALL) {
-        let mut places = (0..titles.len()).filter(|i| titles[*i] == field.column());
-        *column = places.next().ok_or(FlightFileCause::MissingColumn(field))?;
-        if places.next().is_some() {
-            return Err(FlightFileCause::DuplicateColumn(field));
+/// The records after the header, by the first separator that gives the four columns.
+fn header<'a>(bytes: &'a [u8], options: &ReadOptions) -> Result<(Records<'a>, Columns), Located> {
+    let mut best: Option<(usize, Located)> = None;
+    for separator in Separator::ALL {
+        // Commas are tried in any case, for the sake of an error to give.
+        if separator != Separator::Comma && !separator.occurs_in(bytes) {
+            continue;
+        }
+        let found = header_by(bytes, separator, options);
+        match found {
+            Ok(found) => return Ok(found),
+            // The separator that divides the line most is the one to talk about.
+            Err((fields, error)) if best.as_ref().is_none_or(|(most, _)| fields > *most) => {
+                best = Some((fields, error));
+            }
+            Err(_) => {}
         }
     }
-    Ok(columns)
+    Err(best.map_or((None, FlightFileCause::Empty), |(_, error)| error))
 }
 
-fn parse_row(line: &str, columns: &[usize; 4]) -> Result<[f64; 4], FlightFileCause> {
+/// The same for one separator; else the number of fields of the line that is no header.
+fn header_by<'a>(
+    bytes: &'a [u8],
+    separator: Separator,
+    options: &ReadOptions,
+) -> Result<(Records<'a>, Columns), (usize, Located)> {
+    let mut records = Records::new(bytes, separator);
+    let mut comment: Option<(usize, Located)> = None;
+    loop {
+        let record = match records.next_record() {
+            Ok(Some(record)) => record,
+            Ok(None) => return Err(comment.unwrap_or((0, (None, FlightFileCause::Empty)))),
+            Err((line, cause)) => return Err((0, (line, cause))),
+        };
+        match Columns::find(&record, separator, options) {
+            Ok(columns) => return Ok((records, columns)),
+            Err(cause) => {
+                let fault = (record.len(), (Some(record.line), cause.into()));
+                // A header may stand in a comment; a comment need not be one.
+                if !record.is_comment() {
+                    return Err(comment.unwrap_or(fault));
+                }
+                comment.get_or_insert(fault);
+            }
+        }
+    }
+}
+
+fn parse_row(
+    record: &Record,
+    columns: &Columns,
+    separator: Separator,
+    decimals: &mut Decimals,
+) -> Result<[f64; 4], FlightFileCause> {
     let mut row = [0.0; 4];
-    for (k, field) in SampleField::ALL.into_iter().enumerate() {
-        let text = line.split(',').nth(columns[k]).unwrap_or("").trim();
+    for field in SampleField::ALL {
+        let text = record.field(columns.index(field));
+        let title = || columns.title(field).to_owned();
         if text.is_empty() {
-            return Err(FlightFileCause::MissingField(field));
+            return Err(FlightFileCause::MissingField(title()));
         }
-        row[k] = text.parse().map_err(|_| FlightFileCause::NotANumber {
-            field,
-            text: text.chars().take(40).collect(),
+        let number = decimals.parse(text, separator);
+        row[field as usize] = number.map_err(|fault| match fault {
+            NumberFault::NotANumber => FlightFileCause::NotANumber {
+                column: title(),
+                text: text.chars().take(40).collect(),
+            },
+            NumberFault::Mixed => FlightFileCause::MixedDecimals {
+                column: title(),
+                text: text.chars().take(40).collect(),
+            },
         })?;
     }
     Ok(row)
+}
+
+/// Which decimal signs a file has used.
+#[derive(Debug, Default)]
+struct Decimals {
+    points: bool,
+    commas: bool,
+}
+
+enum NumberFault {
+    NotANumber,
+    Mixed,
+}
+
+impl Decimals {
+    /// The number in `text`. A comma is a decimal sign where it does not separate columns; with
+    /// points elsewhere in the file it might stand between thousands, so that is refused.
+    fn parse(&mut self, text: &str, separator: Separator) -> Result<f64, NumberFault> {
+        let comma = separator != Separator::Comma && text.contains(',');
+        self.commas |= comma;
+        self.points |= text.contains('.');
+        if self.commas && self.points {
+            return Err(NumberFault::Mixed);
+        }
+        let number = if comma {
+            text.replacen(',', ".", 1).parse()
+        } else {
+            text.parse()
+        };
+        number.map_err(|_| NumberFault::NotANumber)
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let said = "commas within numbers read as decimal signs";
+        self.commas.then(|| said.to_owned()).into_iter().collect()
+    }
+}
+
+/// Brings the times to seconds. Other units than seconds are counted from the first sample: an
+/// epoch in nanoseconds has no microseconds left in an f64 of seconds.
+fn to_seconds(
+    rows: &mut [[f64; 4]],
+    columns: &Columns,
+    options: &ReadOptions,
+) -> Result<Option<String>, FlightFileCause> {
+    let title = columns.title(SampleField::Time);
+    let (unit, note) = match options.time_unit.or(columns.time_unit) {
+        Some(unit) => (unit, None),
+        None => {
+            let unit = time_unit::plausible(rows, title)?;
+            let note = format!(
+                "`{title}` read as {}, which gives plausible steps and speeds; --time-unit says otherwise",
+                unit.name()
+            );
+            (unit, (unit != TimeUnit::S).then_some(note))
+        }
+    };
+    if unit != TimeUnit::S {
+        let start = rows.first().map_or(0.0, |row| row[0]);
+        for row in rows {
+            row[0] = (row[0] - start) / unit.per_second();
+        }
+    }
+    Ok(note)
+}
+
+fn to_east_north_up(
+    rows: &mut [[f64; 4]],
+    columns: &Columns,
+    options: &ReadOptions,
+) -> Option<String> {
+    let (frame, note) = match options.frame.or(columns.frame) {
+        Some(frame) => (frame, None),
+        None => {
+            let frame = Frame::plausible(rows);
+            let titles = [SampleField::X, SampleField::Y, SampleField::Z];
+            let [x, y, z] = titles.map(|field| columns.title(field));
+            (frame, Some(frame.note(x, y, z)))
+        }
+    };
+    if frame == Frame::Ned {
+        for row in rows {
+            let [time, north, east, down] = *row;
+            *row = [time, east, north, -down];
+        }
+    }
+    note
 }
 
 #[cfg(test)]

@@ -1,8 +1,11 @@
 //! A folder of flight files.
 
-use crate::flights::csv::{FlightFileError, read_flight_csv};
-use crate::flights::flight::Flight;
+use crate::flights::csv::options::ReadOptions;
+use crate::flights::csv::{FlightFile, FlightFileError, read_flight_csv};
 use std::path::{Path, PathBuf};
+
+/// Most samples of all files together: 56 hours at 100 Hz.
+pub const SAMPLES_MAX: usize = 20_000_000;
 
 /// Why a folder gives no flights.
 #[derive(Debug, thiserror::Error)]
@@ -19,6 +22,9 @@ pub enum FlightFolderError {
     /// No file ends in `.csv` or `.txt`.
     #[error("{}: no .csv or .txt file in this folder", .0.display())]
     NoFlights(PathBuf),
+    /// Beyond [`SAMPLES_MAX`].
+    #[error("{}: more than {SAMPLES_MAX} samples in its files", .0.display())]
+    TooManySamples(PathBuf),
     /// One of the files is not a flight.
     #[error(transparent)]
     File(#[from] FlightFileError),
@@ -31,13 +37,16 @@ pub enum FlightFolderError {
 ///
 /// # Errors
 /// See [`FlightFolderError`].
-pub fn read_flights(path: &Path) -> Result<Vec<Flight>, FlightFolderError> {
+pub fn read_flights(
+    path: &Path,
+    options: &ReadOptions,
+) -> Result<Vec<FlightFile>, FlightFolderError> {
     let io = |cause| FlightFolderError::Io {
         path: path.to_owned(),
         cause,
     };
     if !std::fs::metadata(path).map_err(io)?.is_dir() {
-        return Ok(vec![read_flight_csv(path)?]);
+        return Ok(vec![read_flight_csv(path, options)?]);
     }
     let mut files = Vec::new();
     for entry in std::fs::read_dir(path).map_err(io)? {
@@ -50,10 +59,17 @@ pub fn read_flights(path: &Path) -> Result<Vec<Flight>, FlightFolderError> {
         return Err(FlightFolderError::NoFlights(path.to_owned()));
     }
     files.sort();
-    files
-        .iter()
-        .map(|file| read_flight_csv(file).map_err(FlightFolderError::from))
-        .collect()
+    let mut flights = Vec::with_capacity(files.len());
+    let mut samples = 0;
+    for file in &files {
+        let read = read_flight_csv(file, options)?;
+        samples += read.flight.samples.len();
+        if samples > SAMPLES_MAX {
+            return Err(FlightFolderError::TooManySamples(path.to_owned()));
+        }
+        flights.push(read);
+    }
+    Ok(flights)
 }
 
 fn is_flight_name(path: &Path) -> bool {
@@ -66,7 +82,12 @@ fn is_flight_name(path: &Path) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{FlightFolderError, read_flights};
+    use super::{FlightFile, FlightFolderError};
+    use std::path::Path;
+
+    fn read_flights(path: &Path) -> Result<Vec<FlightFile>, FlightFolderError> {
+        super::read_flights(path, &Default::default())
+    }
 
     const GOOD: &str = "timestamp,tx,ty,tz\n0.0,1,2,3\n0.1,1.5,2,3\n0.2,2,2,3\n";
 
@@ -81,7 +102,10 @@ mod tests {
         }
         std::fs::create_dir(folder.path().join("folder.csv")).unwrap();
         let flights = read_flights(folder.path()).unwrap();
-        let names: Vec<&str> = flights.iter().map(|flight| flight.name.as_str()).collect();
+        let names: Vec<&str> = flights
+            .iter()
+            .map(|file| file.flight.name.as_str())
+            .collect();
         assert_eq!(names, ["C.CSV", "a.txt", "b.csv", "z10.csv", "z9.csv"]);
     }
 
@@ -105,7 +129,7 @@ mod tests {
         std::fs::write(folder.path().join("b.csv"), "hello").unwrap();
         let bad = read_flights(folder.path()).unwrap_err().to_string();
         assert!(
-            bad.ends_with("b.csv:1: column `timestamp` is missing from the header"),
+            bad.contains("b.csv:1: column `timestamp` is missing from the header"),
             "{bad}"
         );
 

@@ -17,6 +17,7 @@ mod vehicle;
 mod vertical;
 mod waypoints;
 
+use crate::brief_number::brief;
 use crate::flights::flight::{Flight, SAMPLES_MIN, Sample};
 use crate::flights::placement::{PlacementError, place};
 use crate::flights::volume::{Volume, VolumeError};
@@ -78,7 +79,7 @@ impl Default for GeneratorSettings {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GeneratorError {
     /// A setting is NaN or beyond its limits.
-    #[error("`{field}` = {value} is not between {low} and {high}")]
+    #[error("`{field}` = {} is not between {low} and {high}", brief(*value))]
     OutOfRange {
         /// Name of the setting.
         field: &'static str,

@@ -2,20 +2,26 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::flights::csv::options::ReadOptions;
 use crate::flights::data_hash;
 use crate::flights::flight::Flight;
 use crate::flights::folder::{FlightFolderError, read_flights};
 use crate::flights::placement::place;
 use crate::flights::segment::{SegmentError, segments};
+use crate::flights::suspicion::suspicions;
 use crate::flights::volume::Volume;
 
 /// What is done with flights before they are used.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Preparation {
+    /// How the files are read.
+    pub reading: ReadOptions,
     /// Length of the segments that flights are cut into, seconds; 0 keeps them whole.
     pub segment_s: f64,
     /// Volume that every segment is moved into, rigidly and at random; `None` leaves them.
     pub volume: Option<Volume>,
+    /// Where the models expect flights; those that are elsewhere raise a suspicion.
+    pub expected: Volume,
     /// Position of the radar in the flights' frame, metres.
     pub radar_m: [f64; 3],
     /// Seed of the placement.
@@ -31,6 +37,9 @@ pub struct FlightSet {
     pub segments: Vec<Flight>,
     /// Segments that do not fit into the volume, and why.
     pub unplaced: Vec<String>,
+    /// What was assumed about the files (`note: ...`) and what is suspicious about the flights
+    /// (`warning: ...`): to be said.
+    pub remarks: Vec<String>,
     /// SHA-256 of the flights as they came.
     pub sha256: String,
 }
@@ -62,7 +71,16 @@ impl FlightSet {
     /// # Errors
     /// See [`FlightSetError`].
     pub fn read(path: &Path, preparation: &Preparation) -> Result<Self, FlightSetError> {
-        let set = Self::prepare(&read_flights(path)?, preparation)?;
+        let files = read_flights(path, &preparation.reading)?;
+        let mut remarks = Vec::new();
+        for file in &files {
+            for note in &file.notes {
+                remarks.push((note.clone(), file.flight.name.clone()));
+            }
+        }
+        let flights: Vec<Flight> = files.into_iter().map(|file| file.flight).collect();
+        let mut set = Self::prepare(&flights, preparation)?;
+        set.remarks.splice(0..0, grouped(&remarks));
         if set.segments.is_empty() {
             return Err(FlightSetError::NothingPlaced {
                 path: path.to_owned(),
@@ -82,6 +100,7 @@ impl FlightSet {
             flights: flights.len(),
             segments: Vec::new(),
             unplaced: Vec::new(),
+            remarks: Vec::new(),
             sha256: data_hash::of_flights(flights),
         };
         for flight in flights {
@@ -96,18 +115,50 @@ impl FlightSet {
                 }
             }
         }
+        let warnings = suspicions(&set.segments, &preparation.expected);
+        let warnings = warnings.iter().map(|warning| format!("warning: {warning}"));
+        set.remarks.extend(warnings);
         Ok(set)
     }
 }
 
+/// Every note once, with the file or the number of files that it is about.
+fn grouped(notes: &[(String, String)]) -> Vec<String> {
+    let mut texts: Vec<&str> = Vec::new();
+    for (text, _) in notes {
+        if !texts.contains(&text.as_str()) {
+            texts.push(text);
+        }
+    }
+    let line = |text: &str| {
+        let mut files = notes
+            .iter()
+            .filter(|note| note.0 == text)
+            .map(|note| &note.1);
+        let first = files.next().map_or("", String::as_str);
+        match files.count() {
+            0 => format!("note: {first}: {text}"),
+            more => format!("note: {first} and {more} more: {text}"),
+        }
+    };
+    texts.into_iter().map(line).collect()
+}
+
 #[cfg(test)]
 mod tests {
+    use crate::flights::csv::options::ReadOptions;
     use crate::flights::flight::Flight;
     use crate::flights::volume::Volume;
 
     use super::{FlightSet, FlightSetError, Preparation};
 
     const AS_IS: Preparation = Preparation {
+        reading: ReadOptions {
+            time_unit: None,
+            frame: None,
+            columns: None,
+        },
+        expected: Volume::PAPER,
         segment_s: 5.0,
         volume: None,
         radar_m: [0.0; 3],
@@ -177,5 +228,24 @@ mod tests {
             matches!(error, FlightSetError::NothingPlaced { segments: 1, .. }),
             "{error}"
         );
+    }
+
+    #[test]
+    fn what_was_assumed_is_said_once_for_all_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let row = |i: i32| format!("{},{},0,12\n", 100 * i, 30.0 + 0.2 * f64::from(i));
+        let rows: String = (0..60).map(row).collect();
+        for name in ["a.csv", "b.csv", "c.csv"] {
+            let text = format!("timestamp,tx,ty,tz\n{rows}");
+            std::fs::write(folder.path().join(name), text).unwrap();
+        }
+        let set = FlightSet::read(folder.path(), &AS_IS).unwrap();
+        assert_eq!(set.remarks.len(), 1, "{:?}", set.remarks);
+        assert!(
+            set.remarks[0].starts_with("note: a.csv and 2 more: `timestamp` read as milliseconds"),
+            "{:?}",
+            set.remarks
+        );
+        assert!((set.segments[0].duration_s() - 4.9).abs() < 1e-9);
     }
 }

@@ -1,5 +1,7 @@
 //! What makes a list of times and positions unusable as a flight.
 
+use crate::brief_number::brief;
+
 /// Fewest samples of a flight: what a centred velocity needs.
 pub const SAMPLES_MIN: usize = 3;
 /// Shortest time between two samples, seconds. Radar readings count microseconds.
@@ -66,7 +68,7 @@ pub enum TrackError {
         field: SampleField,
     },
     /// Beyond [`SampleField::bound`].
-    #[error("`{field}` = {value} is beyond +-{}", field.bound())]
+    #[error("`{field}` = {} is beyond +-{}", brief(*value), field.bound())]
     OutOfRange {
         /// Where.
         index: usize,
@@ -75,8 +77,23 @@ pub enum TrackError {
         /// The offending value.
         value: f64,
     },
-    /// Less than [`STEP_S_MIN`] after the sample before.
-    #[error("time {time_s} s does not follow {previous_s} s")]
+    /// Less than [`STEP_S_MIN`] after the sample before, but after it.
+    #[error(
+        "time {} s is {:.2} us after {} s, the sample before: closer than 1 us, which times are counted in",
+        brief(*time_s),
+        1e6 * (time_s - previous_s),
+        brief(*previous_s)
+    )]
+    TimesTooClose {
+        /// Where.
+        index: usize,
+        /// The time before, seconds.
+        previous_s: f64,
+        /// The offending time, seconds.
+        time_s: f64,
+    },
+    /// Not after the sample before.
+    #[error("time {} s does not follow {} s", brief(*time_s), brief(*previous_s))]
     TimeNotIncreasing {
         /// Where.
         index: usize,
@@ -95,6 +112,7 @@ impl TrackError {
             Self::TooFewSamples { .. } => None,
             Self::NotFinite { index, .. }
             | Self::OutOfRange { index, .. }
+            | Self::TimesTooClose { index, .. }
             | Self::TimeNotIncreasing { index, .. } => Some(*index),
         }
     }
@@ -118,12 +136,22 @@ pub(crate) fn check_track(rows: &[[f64; 4]]) -> Result<(), TrackError> {
                 });
             }
         }
-        if index > 0 && row[0] - rows[index - 1][0] < STEP_S_MIN {
-            return Err(TrackError::TimeNotIncreasing {
-                index,
-                previous_s: rows[index - 1][0],
-                time_s: row[0],
-            });
+        if index > 0 {
+            let (previous_s, time_s) = (rows[index - 1][0], row[0]);
+            if time_s <= previous_s {
+                return Err(TrackError::TimeNotIncreasing {
+                    index,
+                    previous_s,
+                    time_s,
+                });
+            }
+            if time_s - previous_s < STEP_S_MIN {
+                return Err(TrackError::TimesTooClose {
+                    index,
+                    previous_s,
+                    time_s,
+                });
+            }
         }
     }
     if rows.len() < SAMPLES_MIN {

@@ -36,6 +36,9 @@ pub enum CheckpointError {
         /// Fingerprint now.
         given: String,
     },
+    /// A number that no run writes.
+    #[error("the checkpoint's `{0}` is impossible")]
+    Impossible(&'static str),
     /// The settings of this run make no sense.
     #[error(transparent)]
     Settings(#[from] TrainingSettingsError),
@@ -122,6 +125,7 @@ pub fn parse(
             given: flights_sha256.to_owned(),
         });
     }
+    check_progress(&header, settings)?;
     let mut state = State::start(settings)?;
     let networks = state.members.len();
     if header.best.len() != networks || header.unrounded.len() != networks {
@@ -191,6 +195,33 @@ pub fn parse(
         stale,
         members: state.members,
     })
+}
+
+/// Checks what the training counts with: the file's seal is no secret.
+fn check_progress(header: &Header, settings: &TrainingSettings) -> Result<(), CheckpointError> {
+    let epochs = u64::from(settings.epochs) + u64::from(settings.grid_epochs);
+    let complete = |best: &[Option<(f64, u32)>]| best.iter().all(Option::is_some);
+    let on_grid = header.grid_start.is_some();
+    let fine = [
+        ("epoch", u64::from(header.epoch) <= epochs),
+        (
+            "grid_start",
+            header.grid_start.is_none_or(|start| start <= header.epoch),
+        ),
+        ("steps", header.steps < u64::MAX / 2),
+        ("rows", header.rows < u64::MAX / 2),
+        ("stale", header.stale <= header.epoch),
+        ("loss", header.loss.is_finite()),
+        ("unrounded", complete(&header.unrounded) || !on_grid),
+        (
+            "best",
+            complete(&header.best) || on_grid || header.epoch == 0,
+        ),
+    ];
+    match fine.iter().find(|(_, fine)| !fine) {
+        None => Ok(()),
+        Some((field, _)) => Err(CheckpointError::Impossible(field)),
+    }
 }
 
 fn compare(saved: &serde_json::Value, given: &serde_json::Value) -> Result<(), CheckpointError> {

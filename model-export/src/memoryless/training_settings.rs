@@ -1,5 +1,6 @@
 //! What a training run is asked to do.
 
+use crate::brief_number::brief;
 use crate::posterior::architecture::{Architecture, ArchitectureError};
 use crate::radar::noise::NoiseTable;
 use bnkf::blob::FeatureLayout;
@@ -96,7 +97,7 @@ pub enum TrainingSettingsError {
     #[error("--hidden: {0}")]
     Hidden(#[from] ArchitectureError),
     /// A number is NaN or outside its bounds.
-    #[error("--{option} {value} is not above {above} and at most {most}")]
+    #[error("--{option} {} is not above {above} and at most {most}", brief(*value))]
     OutOfRange {
         /// The option.
         option: &'static str,
@@ -168,6 +169,8 @@ impl TrainingSettings {
             ("rate", self.rate, 0.0, 1.0),
             ("grid-rate", self.grid_rate, 0.0, 1.0),
             ("held-out", self.held_out, 0.0, 0.9),
+            // None at all is a choice, which the others are not.
+            ("grid-epochs", f64::from(self.grid_epochs), -1.0, 1e6),
         ] {
             if !(value > above && value <= most) {
                 return Err(TrainingSettingsError::OutOfRange {

@@ -19,6 +19,7 @@ use crate::contest::fold::Folds;
 use crate::contest::model::Model;
 use crate::contest::{default_models, runtime};
 use crate::method::Method;
+use crate::output_folder;
 use crate::report::campaign_results::{self, CampaignProvenance};
 use crate::report::results_json::ModelProvenance;
 use crate::report::{self, Material, table};
@@ -39,7 +40,12 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
         None if args.quick => scenario.radar.tables.truncate(1),
         None => {}
     }
+    // Before the work, not after it.
+    output_folder::prepare(&args.out)?;
     let data = Data::of(args, &scenario)?;
+    for remark in &data.remarks {
+        eprintln!("{remark}");
+    }
     for reason in &data.unplaced {
         eprintln!("warning: left out: {reason}");
     }
@@ -71,7 +77,10 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
         seed: args.seed,
         scenario,
     };
-    let provenance = provenance(args, &campaign, data.source, data.sha256, data.unplaced);
+    let provenance = CampaignProvenance {
+        remarks: data.remarks,
+        ..provenance(args, &campaign, data.source, data.sha256, data.unplaced)
+    };
     if args.quick {
         eprintln!("{}", quick_note(&campaign));
     }
@@ -79,7 +88,7 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
     let work = WorkFolder::open(&args.out.join("work"), &plan)?;
     let bar: Mutex<Option<ProgressBar>> = Mutex::new(None);
     let outcome = campaign.run(&work, &|told| show(&bar, told))?;
-    let mut stdout = std::io::stdout();
+    let mut said = String::new();
     for noise_table in &campaign.scenario.radar.tables {
         let cells = outcome
             .cells
@@ -93,20 +102,16 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
                 metrics: cell.metrics,
             })
             .collect();
-        writeln!(
-            stdout,
-            "angle figures as {noise_table}\n\n{}",
+        said += &format!(
+            "angle figures as {noise_table}\n\n{}\n",
             table::render(&cells)
-        )?;
+        );
     }
     if campaign.tuned_on.len() > 1 && !outcome.candidates.is_empty() {
-        writeln!(
-            stdout,
-            "Tuned filters: the best in each cell of three fits, to generated flights, to the other recordings and to both.\n"
-        )?;
+        said += "Tuned filters: the best in each cell of three fits, to generated flights, to the other recordings and to both.\n\n";
     }
     for name in campaign_results::write(&args.out, &outcome, &provenance)? {
-        writeln!(stdout, "{}", args.out.join(name).display())?;
+        said += &format!("{}\n", args.out.join(name).display());
     }
     let times = campaign.times(&work)?;
     // Apart from the results, which are the same bytes on every run: times are not.
@@ -124,10 +129,12 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
     for file in report::files(&material) {
         let path = args.out.join(&file.name);
         atomic_file::write(&path, file.text.as_bytes())?;
-        writeln!(stdout, "{}", path.display())?;
+        said += &format!("{}\n", path.display());
     }
     // Only now: whoever kills this run before its results are written finds the pieces again.
     work.remove()?;
+    // And last what a closed pipe may refuse.
+    std::io::stdout().write_all(said.as_bytes())?;
     Ok(())
 }
 
@@ -169,6 +176,7 @@ fn provenance(
         runs: usize::from(args.runs),
         recordings: recordings.len(),
         unplaced,
+        remarks: Vec::new(),
         folds: campaign.folds.count,
         quick: args.quick,
         tuning_flights: campaign.to_tune_on.len(),

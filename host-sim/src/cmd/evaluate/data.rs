@@ -32,6 +32,8 @@ pub struct Data {
     pub tuned_on: Vec<TunedOn>,
     /// Segments that do not fit into the volume, and why.
     pub unplaced: Vec<String>,
+    /// What was assumed and what is suspicious about them.
+    pub remarks: Vec<String>,
 }
 
 impl Data {
@@ -57,8 +59,11 @@ impl Data {
         to_tune_on: Vec<Flight>,
     ) -> Result<Self, FlightSetError> {
         let (mut runs, mut sha256, mut unplaced) = (Vec::new(), String::new(), Vec::new());
+        let mut remarks = Vec::new();
         for run in 0..u64::from(args.runs) {
             let preparation = Preparation {
+                reading: args.reading.clone(),
+                expected: scenario.volume,
                 segment_s: args.segment_s,
                 volume: args.place.then_some(scenario.volume),
                 radar_m: args.radar.0,
@@ -70,6 +75,9 @@ impl Data {
             let set = FlightSet::read(path, &preparation)?;
             runs.push(set.segments);
             sha256 = set.sha256;
+            if run == 0 {
+                remarks = set.remarks;
+            }
             for reason in set.unplaced {
                 // What never fits is said once.
                 if run == 0 {
@@ -86,6 +94,7 @@ impl Data {
             to_tune_on,
             tuned_on: TunedOn::ALL.to_vec(),
             unplaced,
+            remarks,
         })
     }
 
@@ -110,6 +119,7 @@ impl Data {
             // The other folds' flights are generated, too, and fewer.
             tuned_on: vec![TunedOn::Generated],
             unplaced: Vec::new(),
+            remarks: Vec::new(),
         })
     }
 }

@@ -3,11 +3,12 @@
 use std::io::Write as _;
 use std::path::Path;
 
+use bnkf_model_export::atomic_file;
 use bnkf_model_export::command_line::command_line;
 use bnkf_model_export::flights::set::{FlightSet, Preparation};
 use bnkf_model_export::flights::volume::Volume;
 
-use super::{Args, EvaluateError, check_folder, methods_or};
+use super::{Args, EvaluateError, methods_or};
 use crate::cmd::progress;
 use crate::contest::default_models;
 use crate::contest::evaluation::Evaluation;
@@ -18,33 +19,42 @@ use crate::report::results_json::{self, ModelProvenance, Provenance, Results};
 use crate::report::table;
 use crate::scenario::radar::Radar;
 
-/// Prints the table and writes the JSON file, if one was asked for.
+/// Writes the JSON file, if one was asked for, and prints the table.
 pub fn run(args: &Args, flights: &Path) -> Result<(), EvaluateError> {
     if let Some(path) = &args.json {
-        check_folder(path)?;
+        atomic_file::check(&[path])?;
     }
     let results = evaluate(args, flights)?;
-    std::io::stdout().write_all(table::render(&results.cells).as_bytes())?;
     if let Some(path) = &args.json {
         results_json::write(path, &results)?;
     }
+    // Only now: a closed pipe costs no results.
+    std::io::stdout().write_all(table::render(&results.cells).as_bytes())?;
     Ok(())
 }
 
 fn evaluate(args: &Args, flights: &Path) -> Result<Results, EvaluateError> {
+    let mut models = default_models::load()?;
+    let mut expected = Volume::PAPER;
+    for path in &args.models {
+        let model = Model::read(path)?;
+        expected = model.volume().unwrap_or(expected);
+        models.push(model);
+    }
     let preparation = Preparation {
+        reading: args.reading.clone(),
+        expected,
         segment_s: args.segment_s,
         volume: args.place.then_some(Volume::PAPER),
         radar_m: args.radar.0,
         seed: args.seed,
     };
     let set = FlightSet::read(flights, &preparation)?;
+    for remark in &set.remarks {
+        eprintln!("{remark}");
+    }
     for reason in &set.unplaced {
         eprintln!("warning: left out: {reason}");
-    }
-    let mut models = default_models::load()?;
-    for path in &args.models {
-        models.push(Model::read(path)?);
     }
     let supplies = Supplies {
         models: &models,
@@ -74,6 +84,7 @@ fn evaluate(args: &Args, flights: &Path) -> Result<Results, EvaluateError> {
         flights: set.flights,
         segments: set.segments.len(),
         unplaced: set.unplaced,
+        remarks: set.remarks,
         segment_s: args.segment_s,
         placed: args.place,
         radar_m: args.radar.0,

@@ -1,0 +1,230 @@
+//! Which columns of a flight file hold time and position.
+//!
+//! `timestamp,tx,ty,tz` and, in any case of letters: `time` or `t`, with a unit behind it
+//! (`time_us`, `timestamp [ms]`); `x,y,z`, `px,py,pz`, `pos_x,...`, `position_x,...`;
+//! `east,north,up` or `e,n,u`; `north,east,down` or `n,e,d`; metres may be said (`x_m`, `x [m]`).
+
+use super::frame::Frame;
+use super::options::ReadOptions;
+use super::records::{Record, Separator};
+use super::time_unit::TimeUnit;
+use crate::flights::flight::SampleField;
+
+/// Names of the time, the first that is found.
+const TIMES: [&str; 3] = ["timestamp", "time", "t"];
+
+/// Names of positions along x, y and z, and the frame they say, the first that is found.
+const POSITIONS: [([&str; 3], Option<Frame>); 9] = [
+    (["tx", "ty", "tz"], Some(Frame::Enu)),
+    (["east", "north", "up"], Some(Frame::Enu)),
+    (["north", "east", "down"], Some(Frame::Ned)),
+    (["e", "n", "u"], Some(Frame::Enu)),
+    (["n", "e", "d"], Some(Frame::Ned)),
+    (["x", "y", "z"], None),
+    (["px", "py", "pz"], None),
+    (["pos_x", "pos_y", "pos_z"], None),
+    (["position_x", "position_y", "position_z"], None),
+];
+
+/// Columns that PX4's local position marks what it does not know with.
+const VALID: [&str; 2] = ["xy_valid", "z_valid"];
+
+/// Most columns that a message lists, and most characters of each.
+const LISTED_COLUMNS_MAX: usize = 12;
+const LISTED_CHARACTERS_MAX: usize = 24;
+
+/// Why a header has no place for a flight.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ColumnsError {
+    /// No column of that name.
+    #[error(
+        "column `{name}` is missing from the header, which has {found}; --columns T,X,Y,Z names others"
+    )]
+    Missing {
+        /// The column.
+        name: String,
+        /// What the header has instead.
+        found: String,
+    },
+    /// A column is named twice.
+    #[error("column `{0}` appears twice in the header")]
+    Duplicate(String),
+    /// The first line has numbers.
+    #[error(
+        "column `{0}` is missing: the first line holds numbers and no header such as timestamp,tx,ty,tz"
+    )]
+    NoHeader(String),
+}
+
+/// Where the four columns are.
+#[derive(Clone, Debug)]
+pub struct Columns {
+    index: [usize; 4],
+    titles: [String; 4],
+    valid: Vec<usize>,
+    /// Unit that the time's name says.
+    pub time_unit: Option<TimeUnit>,
+    /// Frame that the positions' names say.
+    pub frame: Option<Frame>,
+}
+
+impl Columns {
+    /// The columns of `header`.
+    ///
+    /// # Errors
+    /// See [`ColumnsError`].
+    pub fn find(
+        header: &Record,
+        separator: Separator,
+        options: &ReadOptions,
+    ) -> Result<Self, ColumnsError> {
+        let titles: Vec<String> = header.fields().map(str::to_lowercase).collect();
+        let missing = |name: &str| {
+            if header.fields().all(|field| field.parse::<f64>().is_ok()) {
+                return ColumnsError::NoHeader(name.to_owned());
+            }
+            ColumnsError::Missing {
+                name: name.to_owned(),
+                found: list(header, separator),
+            }
+        };
+        let place = |name: &str| unique(&titles, |title| title == name, name);
+        let (index, time_unit, frame) = if let Some(names) = &options.columns {
+            let mut index = [0; 4];
+            for (index, name) in index.iter_mut().zip(&names.0) {
+                *index = place(&name.to_lowercase())?.ok_or_else(|| missing(name))?;
+            }
+            let unit = time_name(&titles[index[0]]).and_then(|(_, unit)| unit);
+            (index, unit, None)
+        } else {
+            let (time, unit) = find_time(&titles)?.ok_or_else(|| missing(TIMES[0]))?;
+            let ([x, y, z], frame) = find_position(&titles)?.map_err(missing)?;
+            ([time, x, y, z], unit, frame)
+        };
+        // As a message can hold it.
+        let shown = |title: &str| title.escape_debug().to_string();
+        let own = header.fields().map(shown).collect::<Vec<_>>();
+        let valid = VALID.iter().filter_map(|name| place(name).ok().flatten());
+        Ok(Self {
+            index,
+            titles: index.map(|index| own[index].clone()),
+            valid: valid.collect(),
+            time_unit,
+            frame,
+        })
+    }
+
+    /// Where `field` stands in a record.
+    #[must_use]
+    pub fn index(&self, field: SampleField) -> usize {
+        self.index[field as usize]
+    }
+
+    /// The column's name in the file.
+    #[must_use]
+    pub fn title(&self, field: SampleField) -> &str {
+        &self.titles[field as usize]
+    }
+
+    /// Whether `record` marks its own position as not known.
+    pub(super) fn says_invalid(&self, record: &Record) -> bool {
+        let said = |index: &usize| record.field(*index).to_ascii_lowercase();
+        let mut marks = self.valid.iter().map(said);
+        marks.any(|mark| matches!(mark.as_str(), "0" | "false"))
+    }
+}
+
+/// The one title that `fits`.
+fn unique(
+    titles: &[String],
+    fits: impl Fn(&str) -> bool,
+    name: &str,
+) -> Result<Option<usize>, ColumnsError> {
+    let mut places = (0..titles.len()).filter(|index| fits(&titles[*index]));
+    match (places.next(), places.next()) {
+        (Some(_), Some(_)) => Err(ColumnsError::Duplicate(name.to_owned())),
+        (place, _) => Ok(place),
+    }
+}
+
+/// The time's column, and the unit in its name.
+fn find_time(titles: &[String]) -> Result<Option<(usize, Option<TimeUnit>)>, ColumnsError> {
+    for name in TIMES {
+        let named = |title: &str| time_name(title).is_some_and(|(base, _)| base == name);
+        // The plain name before one with a unit.
+        let plain = unique(titles, |title| title == name, name)?;
+        let place = match plain {
+            Some(place) => Some(place),
+            None => unique(titles, named, name)?,
+        };
+        if let Some(place) = place {
+            let unit = time_name(&titles[place]).and_then(|(_, unit)| unit);
+            return Ok(Some((place, unit)));
+        }
+    }
+    Ok(None)
+}
+
+type Position = ([usize; 3], Option<Frame>);
+
+/// The positions' columns, or the name of the one that is missing.
+fn find_position(titles: &[String]) -> Result<Result<Position, &'static str>, ColumnsError> {
+    let mut missing = (0, POSITIONS[0].0[0]);
+    for (names, frame) in POSITIONS {
+        let mut places = [None; 3];
+        for (place, name) in places.iter_mut().zip(names) {
+            *place = unique(titles, |title| without_metres(title) == name, name)?;
+        }
+        if let [Some(x), Some(y), Some(z)] = places {
+            return Ok(Ok(([x, y, z], frame)));
+        }
+        // The names that are nearly there are the ones that were meant.
+        let found = places.iter().flatten().count();
+        let absent = places.iter().zip(names).find(|(place, _)| place.is_none());
+        if let (true, Some((_, name))) = (found > missing.0, absent) {
+            missing = (found, name);
+        }
+    }
+    Ok(Err(missing.1))
+}
+
+/// Base name and unit of a time's title: `time_us`, `timestamp [ms]`, `t(s)`, `time`.
+fn time_name(title: &str) -> Option<(&str, Option<TimeUnit>)> {
+    let base = TIMES.into_iter().find(|base| {
+        let rest = title.strip_prefix(base);
+        rest.is_some_and(|rest| !rest.starts_with(char::is_alphanumeric))
+    })?;
+    let rest = &title[base.len()..];
+    let unit = rest.trim_matches(|c: char| c.is_whitespace() || "_.-/[]()".contains(c));
+    if unit.is_empty() {
+        return Some((base, None));
+    }
+    TimeUnit::spelt(unit).map(|unit| (base, Some(unit)))
+}
+
+fn without_metres(title: &str) -> &str {
+    ["_m", "[m]", "(m)"]
+        .iter()
+        .find_map(|ending| title.strip_suffix(ending))
+        .map_or(title, str::trim_end)
+}
+
+fn list(header: &Record, separator: Separator) -> String {
+    let mut names: Vec<String> = header
+        .fields()
+        .take(LISTED_COLUMNS_MAX)
+        .map(|name| {
+            let short: String = name.chars().take(LISTED_CHARACTERS_MAX).collect();
+            format!("`{}`", short.escape_debug())
+        })
+        .collect();
+    if header.len() > LISTED_COLUMNS_MAX {
+        names.push(format!("{} more", header.len() - LISTED_COLUMNS_MAX));
+    }
+    let names = names.join(", ");
+    if header.len() == 1 {
+        names
+    } else {
+        format!("{names} between {}", separator.name())
+    }
+}

@@ -1,0 +1,194 @@
+//! The lines of a flight file as records of trimmed text fields.
+
+use super::{FlightFileCause, Located};
+use csv::{ByteRecord, Reader, ReaderBuilder};
+
+/// Most lines that a quoted field may span: more means that a quote is missing, and everything
+/// between it and the next one would be swallowed.
+const RECORD_LINES_MAX: u64 = 64;
+
+/// What stands between two columns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Separator {
+    /// `,`
+    Comma,
+    /// `;`, where the comma is the decimal sign.
+    Semicolon,
+    /// A tab.
+    Tab,
+    /// One or more blanks, as in trajectory files of the TUM form.
+    Blank,
+}
+
+impl Separator {
+    /// All, in the order in which they are tried.
+    pub const ALL: [Self; 4] = [Self::Comma, Self::Semicolon, Self::Tab, Self::Blank];
+
+    /// Its name, several of them.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Comma => "commas",
+            Self::Semicolon => "semicolons",
+            Self::Tab => "tabs",
+            Self::Blank => "blanks",
+        }
+    }
+
+    /// Whether it stands anywhere in `bytes`.
+    pub fn occurs_in(self, bytes: &[u8]) -> bool {
+        bytes.contains(&self.byte())
+    }
+
+    fn byte(self) -> u8 {
+        match self {
+            Self::Comma => b',',
+            Self::Semicolon => b';',
+            Self::Tab => b'\t',
+            Self::Blank => b' ',
+        }
+    }
+}
+
+/// Why lines are not records.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RecordsError {
+    /// Not UTF-8.
+    #[error("not UTF-8 text")]
+    NotUtf8,
+    /// Two bytes a character, as some spreadsheets save it.
+    #[error("UTF-16 text; save the file as UTF-8")]
+    Utf16,
+    /// A quote opens a field and nothing closes it.
+    #[error("a quote is opened here and not closed within {RECORD_LINES_MAX} lines")]
+    OpenQuote,
+    /// Blanks before a quote, which therefore quotes nothing.
+    #[error("blanks stand before a quote; RFC 4180 wants it to begin its field")]
+    BlankBeforeQuote,
+}
+
+/// One line, or several where a quoted field has line breaks.
+#[derive(Clone, Debug)]
+pub struct Record {
+    /// Its first line, counted from 1.
+    pub line: u64,
+    fields: Vec<String>,
+    comment: bool,
+}
+
+impl Record {
+    /// Field `index` without blanks around it; nothing where the line ends before it.
+    pub fn field(&self, index: usize) -> &str {
+        self.fields.get(index).map_or("", String::as_str)
+    }
+
+    /// The fields; of a comment without the `#`.
+    pub fn fields(&self) -> impl Iterator<Item = &str> {
+        self.fields.iter().map(String::as_str)
+    }
+
+    /// Number of fields.
+    pub fn len(&self) -> usize {
+        self.fields.len()
+    }
+
+    /// Whether a `#` begins it.
+    pub fn is_comment(&self) -> bool {
+        self.comment
+    }
+}
+
+/// The records of a file, one after the other.
+pub struct Records<'a> {
+    /// What separates their fields.
+    pub separator: Separator,
+    bytes: &'a [u8],
+    reader: Reader<&'a [u8]>,
+    record: ByteRecord,
+}
+
+impl<'a> Records<'a> {
+    /// The records of `bytes`.
+    pub fn new(bytes: &'a [u8], separator: Separator) -> Self {
+        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        let reader = ReaderBuilder::new()
+            .delimiter(separator.byte())
+            .has_headers(false)
+            .flexible(true)
+            .from_reader(bytes);
+        Self {
+            separator,
+            bytes,
+            reader,
+            record: ByteRecord::new(),
+        }
+    }
+
+    /// The next record that is not blank; a spreadsheet saves an empty row as separators.
+    pub fn next_record(&mut self) -> Result<Option<Record>, Located> {
+        loop {
+            let start = usize::try_from(self.reader.position().byte()).unwrap_or(usize::MAX);
+            let rest = self.bytes.get(start..).unwrap_or_default();
+            // The reader passes over blank lines, but says that the record begins with them.
+            let breaks = rest.iter().take_while(|byte| b"\r\n".contains(byte));
+            let blank = breaks.filter(|byte| **byte == b'\n').count() as u64;
+            let line = self.reader.position().line() + blank;
+            let at = |cause: RecordsError| (Some(line), FlightFileCause::Records(cause));
+            let more = self.reader.read_byte_record(&mut self.record);
+            // Bytes in memory are read without failing, and records may have any length.
+            if !more.unwrap_or(false) {
+                return Ok(None);
+            }
+            let end = usize::try_from(self.reader.position().byte()).unwrap_or(usize::MAX);
+            let raw = self.bytes.get(start..end).unwrap_or_default();
+            if self.reader.position().line() > line + RECORD_LINES_MAX {
+                return Err(at(RecordsError::OpenQuote));
+            }
+            // RFC 4180 has quotes in pairs: a last one that stays open takes the rest of the file.
+            let last = end >= self.bytes.len();
+            let inside = self.record.iter().any(|field| field.contains(&b'\n'));
+            let quotes = raw.iter().filter(|byte| **byte == b'"').count();
+            if last && inside && quotes % 2 == 1 {
+                return Err(at(RecordsError::OpenQuote));
+            }
+            if start == 0 && (raw.starts_with(b"\xff\xfe") || raw.starts_with(b"\xfe\xff")) {
+                return Err(at(RecordsError::Utf16));
+            }
+            let mut fields = Vec::with_capacity(self.record.len());
+            for field in &self.record {
+                fields.push(text(field).map_err(at)?);
+            }
+            if self.separator == Separator::Blank {
+                fields.retain(|field| !field.is_empty());
+            }
+            if fields.iter().all(String::is_empty) {
+                continue;
+            }
+            let comment = fields[0].starts_with('#');
+            if comment {
+                let title = fields[0].trim_start_matches('#').trim().to_owned();
+                fields[0] = title;
+                if fields[0].is_empty() && self.separator == Separator::Blank {
+                    fields.remove(0);
+                }
+            }
+            return Ok(Some(Record {
+                line,
+                fields,
+                comment,
+            }));
+        }
+    }
+}
+
+fn text(field: &[u8]) -> Result<String, RecordsError> {
+    let text = std::str::from_utf8(field).map_err(|_| RecordsError::NotUtf8)?;
+    let trimmed = text.trim();
+    if trimmed.starts_with('"') && text.starts_with([' ', '\t']) {
+        // Whole and without quotes inside it means what it seems to; else columns would shift.
+        return match trimmed[1..].strip_suffix('"') {
+            Some(inner) if !inner.contains('"') => Ok(inner.trim().to_owned()),
+            _ => Err(RecordsError::BlankBeforeQuote),
+        };
+    }
+    Ok(trimmed.to_owned())
+}
