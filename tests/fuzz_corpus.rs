@@ -2,8 +2,12 @@
 
 use std::path::Path;
 
+#[path = "fuzz/entry/blob_steps.rs"]
+mod blob_steps;
 #[path = "fuzz/entry/flight_csv.rs"]
 mod flight_csv;
+#[path = "fuzz/entry/frame_reader.rs"]
+mod frame_reader;
 #[path = "fuzz/entry/scenario_toml.rs"]
 mod scenario_toml;
 
@@ -40,4 +44,14 @@ fn flight_csv_corpus() {
 #[test]
 fn scenario_toml_corpus() {
     replay("scenario_toml", scenario_toml::run);
+}
+
+#[test]
+fn blob_steps_corpus() {
+    replay("blob_steps", blob_steps::run);
+}
+
+#[test]
+fn frame_reader_corpus() {
+    replay("frame_reader", frame_reader::run);
 }

@@ -1,20 +1,29 @@
-//! `model-export stress`: a recursive blob against flights and faults that it must survive.
+//! `model-export stress`: blobs against flights and faults that they must survive, and against
+//! attack.
 
 use super::blob_file::{self, BlobFileError};
+use crate::attack::attack;
 use crate::recursive::stress::{campaign, table};
+use bnkf::TrackerError;
 use bnkf::blob::{Blob, Kind};
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Runs the firmware's tracker through zenith passes, speeds up to 30 m/s, five-second gaps,
-/// outliers and mis-stated sigmas.
+/// outliers and mis-stated sigmas; or, with --hostile, attacks it with any input at all.
 ///
-/// Fails if an estimate is not finite, a covariance not positive definite or a step refused.
-/// Restarts are counted by their cause.
+/// Fails if an estimate is not finite, a covariance not positive definite, a step of a flight refused,
+/// or under attack a mode or a time not what happened. Restarts are counted by their cause. The attack
+/// takes every kind of blob; scripts of calls are drawn at random, and changed towards covariances
+/// that are nearly singular.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
-    /// The recursive blob
-    model: PathBuf,
+    /// The blobs; without --hostile recursive ones
+    #[arg(required = true, value_name = "MODEL")]
+    models: Vec<PathBuf>,
+    /// Attack each blob with this many calls instead of flying
+    #[arg(long, value_name = "CALLS", value_parser = clap::value_parser!(u64).range(1..=10_000_000_000))]
+    hostile: Option<u64>,
     /// Flights of each of the five kinds
     #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     flights: u32,
@@ -35,6 +44,14 @@ pub enum StressError {
     /// Another kind of blob.
     #[error("{}: not a recursive model", .0.display())]
     Kind(PathBuf),
+    /// The blob's own settings do not fit it.
+    #[error("{}: {cause}", path.display())]
+    Settings {
+        /// The file.
+        path: PathBuf,
+        /// What does not fit.
+        cause: TrackerError,
+    },
     /// Something happened that must not.
     #[error("{}: failed under: {}", .0.display(), .1)]
     Failed(PathBuf, String),
@@ -48,13 +65,23 @@ pub enum StressError {
 /// # Errors
 /// See [`StressError`].
 pub fn run(args: &Args) -> Result<(), StressError> {
-    let bytes = blob_file::read(&args.model)?;
-    let blob = Blob::parse(&bytes).map_err(|cause| BlobFileError::Blob {
-        path: args.model.clone(),
-        cause,
-    })?;
+    for model in &args.models {
+        let bytes = blob_file::read(model)?;
+        let blob = Blob::parse(&bytes).map_err(|cause| BlobFileError::Blob {
+            path: model.clone(),
+            cause,
+        })?;
+        match args.hostile {
+            Some(calls) => hostile(model, blob, calls, args.seed)?,
+            None => fly(model, blob, args)?,
+        }
+    }
+    Ok(())
+}
+
+fn fly(model: &Path, blob: Blob<'_>, args: &Args) -> Result<(), StressError> {
     if blob.kind() != Kind::Recursive {
-        return Err(StressError::Kind(args.model.clone()));
+        return Err(StressError::Kind(model.to_path_buf()));
     }
     let found = campaign(blob, args.passes, args.flights as usize, args.seed);
     std::io::stdout().write_all(table(&found).as_bytes())?;
@@ -66,6 +93,37 @@ pub fn run(args: &Args) -> Result<(), StressError> {
     if failed.is_empty() {
         Ok(())
     } else {
-        Err(StressError::Failed(args.model.clone(), failed.join(", ")))
+        Err(StressError::Failed(model.to_path_buf(), failed.join(", ")))
+    }
+}
+
+fn hostile(model: &Path, blob: Blob<'_>, calls: u64, seed: u64) -> Result<(), StressError> {
+    let found = attack(blob, calls, seed).map_err(|cause| StressError::Settings {
+        path: model.to_path_buf(),
+        cause,
+    })?;
+    writeln!(
+        std::io::stdout(),
+        "{}: {} calls, {} refused, {} estimates: {} not finite, {} not positive definite, {} untrue; \
+         {} outside, {} rejected, {} restarted, worst pivot {:.1e}",
+        model.display(),
+        found.calls,
+        found.refused,
+        found.estimates,
+        found.not_finite,
+        found.not_definite,
+        found.untrue,
+        found.outside,
+        found.rejected,
+        found.restarted,
+        found.worst_pivot,
+    )?;
+    if found.passed() {
+        Ok(())
+    } else {
+        Err(StressError::Failed(
+            model.to_path_buf(),
+            "attack".to_owned(),
+        ))
     }
 }
