@@ -176,7 +176,7 @@ mod tests {
             write_blob(&contents).expect_err("refused").to_string()
         };
         assert!(damaged(|c| c.passes = 0).contains("passes"));
-        assert!(damaged(|c| c.parameters[0] = 0.0).contains("parameters"));
+        assert!(damaged(|c| c.parameters[0] = 0.0).contains("parameter out of range"));
         assert!(damaged(|c| c.inputs[0].scale = 0.0).contains("input normalisation"));
         assert!(damaged(|c| c.outputs[0].mean = f32::NAN).contains("output normalisation"));
         assert!(damaged(|c| c.networks[0][0].bias_mean[0] = f32::NAN).contains("bias mean"));
