@@ -30,6 +30,9 @@ pub enum StepError {
         /// Time given, microseconds.
         given_us: u64,
     },
+    /// A track would have to start from this measurement, and it says nothing: a position unsure by more
+    /// than [`POSITION_SIGMA_MAX_M`](crate::estimate::POSITION_SIGMA_MAX_M).
+    Blunt,
     /// There is nothing to coast from yet.
     NotStarted,
     /// The network's output is NaN or infinite.
@@ -63,6 +66,7 @@ impl core::fmt::Display for StepError {
                     "time_us jumped from {latest_us} to {given_us}, more than {AHEAD_MAX_US} ahead"
                 )
             }
+            Self::Blunt => f.write_str("no track can start from so blunt a measurement"),
             Self::NotStarted => f.write_str("no measurement yet"),
             Self::NetworkNotFinite => f.write_str("the network's output is not finite"),
             Self::Correction(error) => write!(f, "correction: {error}"),

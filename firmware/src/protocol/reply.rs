@@ -196,7 +196,9 @@ impl From<TrackerError> for RefusalCode {
 impl From<StepError> for RefusalCode {
     fn from(error: StepError) -> Self {
         match error {
-            StepError::Measurement(_) | StepError::Missing(_) => Self::Measurement,
+            StepError::Measurement(_) | StepError::Missing(_) | StepError::Blunt => {
+                Self::Measurement
+            }
             StepError::Repeated => Self::Repeated,
             StepError::TimeWentBack { .. } | StepError::TimeTooFarAhead { .. } => Self::Time,
             StepError::Lost => Self::Lost,

@@ -40,7 +40,7 @@ impl Track {
     /// A track from its first measurement.
     ///
     /// # Errors
-    /// [`StepError::Missing`] without an azimuth, [`StepError::Lost`] if nothing sound came out.
+    /// [`StepError::Missing`] without an azimuth, [`StepError::Blunt`] if it says too little.
     pub fn start(
         measurement: &Measurement,
         population: &Population<f32>,
@@ -74,7 +74,7 @@ impl Track {
         if track.settle() {
             Ok(track)
         } else {
-            Err(StepError::Lost)
+            Err(StepError::Blunt)
         }
     }
 

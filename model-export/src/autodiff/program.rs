@@ -139,7 +139,13 @@ mod tests {
         for lane in 0..LANES {
             let expected = every_operation(inputs[0][lane], inputs[1][lane]);
             for (output, expected) in outputs.iter().zip(expected) {
-                assert_eq!(output[lane], expected);
+                // The lanes' functions are the standard library's, the plain ones libm's: each within
+                // a unit in the last place, of which a handful of operations make a few.
+                let error = (output[lane] - expected).abs();
+                assert!(
+                    error <= 8.0 * f64::EPSILON * (1.0 + expected.abs()),
+                    "{error:e}"
+                );
             }
         }
     }

@@ -104,7 +104,7 @@ impl<'b> Committee<'b> {
                 .zip(&mut notes)
                 .map(|(member, notes)| {
                     let mut own = carry;
-                    own.memory = *notes;
+                    own.memory.notes = notes.notes;
                     let list = features_of(&own, arrival.dt_s);
                     let inputs = member.normalisation.apply(&list).map(|x| x as f32);
                     let opinion = sampler.ask(&member.network, &inputs);
