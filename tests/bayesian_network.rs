@@ -4,7 +4,7 @@
 mod tolerance;
 
 use bnkf::blob::Blob;
-use bnkf::monte_carlo::{Moments, Sampling, moments};
+use bnkf::network::monte_carlo::{Moments, Sampling, moments};
 use bnkf::network::{Network, Scratch};
 use bnkf::rng::seeded;
 use serde_json::Value;

@@ -10,6 +10,7 @@
 //! four int8 weights.
 #![allow(unsafe_code)]
 
+pub mod activation;
 #[cfg_attr(target_arch = "x86_64", path = "kernel/sse2.rs")]
 #[cfg_attr(arm_dsp, path = "kernel/arm.rs")]
 #[cfg(any(target_arch = "x86_64", arm_dsp))]
@@ -170,10 +171,10 @@ pub fn sqrt(x: f32) -> f32 {
     libm::sqrtf(x)
 }
 
-/// GELU of four numbers, as [`crate::activation::gelu`] interpolates it in `table`.
+/// GELU of four numbers, as [`crate::kernel::activation::gelu`] interpolates it in `table`.
 #[cfg(arm_vfp)]
 #[inline]
-pub fn gelus(x: [f32; 4], table: &[[f32; 2]; crate::activation::ENTRIES]) -> [f32; 4] {
+pub fn gelus(x: [f32; 4], table: &[[f32; 2]; crate::kernel::activation::ENTRIES]) -> [f32; 4] {
     vfp::gelus(x, table)
 }
 

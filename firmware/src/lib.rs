@@ -14,7 +14,6 @@
 #[cfg(test)]
 extern crate std;
 
-pub mod activation;
 pub mod blob;
 pub mod cholesky;
 pub mod clock;
@@ -22,10 +21,8 @@ pub mod ekf;
 pub mod estimate;
 pub mod gaussian;
 pub mod kernel;
-pub mod layer;
 pub mod measurement;
 pub mod memoryless;
-pub mod monte_carlo;
 pub mod network;
 pub mod protocol;
 pub mod radar;

@@ -1,11 +1,14 @@
 //! Layers over a blob plus a caller-owned scratch: one forward pass, or four Monte Carlo passes.
 
-use crate::activation::{gelu, gelus};
+pub mod layer;
+pub mod monte_carlo;
+
 use crate::blob::NetworkView;
 use crate::blob::field::WIDTH_MAX;
 use crate::gaussian::standard_normals;
+use crate::kernel::activation::{gelu, gelus};
 use crate::kernel::{Packed, sqrt, square_roots};
-use crate::layer;
+
 use rand_core::Rng;
 
 /// Monte Carlo passes that run together and share each unpacked weight.

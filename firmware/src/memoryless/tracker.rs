@@ -12,7 +12,7 @@ use crate::clock::seconds_between;
 use crate::ekf::{EkfError, correct_polar, correct_position};
 use crate::estimate::{Estimate, Mode, NIS_MAX, POSITION_SIGMA_MAX_M};
 use crate::measurement::{Measurement, Vectors};
-use crate::monte_carlo::{Sampling, moments};
+use crate::network::monte_carlo::{Sampling, moments};
 use crate::network::{Network, Scratch};
 use crate::radar::converted;
 use crate::rng::{Generator, seeded};

@@ -12,7 +12,7 @@ use crate::blob::Blob;
 use crate::clock::seconds_between;
 use crate::estimate::{Estimate, Mode, NIS_MAX};
 use crate::measurement::{Measurement, Vectors};
-use crate::monte_carlo::separate_moments;
+use crate::network::monte_carlo::separate_moments;
 use crate::network::{Network, Scratch};
 use crate::rng::{Generator, seeded};
 use crate::settings::Settings;

@@ -12,7 +12,7 @@ use crate::posterior::gaussian_weights::GaussianWeights;
 use crate::posterior::network_f64::NetworkF64;
 use crate::seed;
 use bnkf::blob::NetworkView;
-use bnkf::monte_carlo::{Sampling, moments};
+use bnkf::network::monte_carlo::{Sampling, moments};
 use bnkf::network::{Network, Scratch};
 use bnkf::rng::seeded;
 use serde::Serialize;

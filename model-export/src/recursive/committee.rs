@@ -7,7 +7,7 @@ use super::normalisation::Normalisation;
 use super::step::{advance, features_of};
 use bnkf::blob::Blob;
 use bnkf::cholesky::{cholesky, forward_substitute};
-use bnkf::monte_carlo::separate_moments;
+use bnkf::network::monte_carlo::separate_moments;
 use bnkf::network::{Network, Scratch};
 use bnkf::recursive::population::{Base, Population};
 use bnkf::recursive::schedule::{
