@@ -142,7 +142,7 @@ pub fn converted(range: Sensed, elevation: Sensed, azimuth: Sensed) -> Converted
         sigmas_m: [
             range.sigma,
             (range_m * elevation.sigma).abs(),
-            (range_m * elevation_rad.cos() * azimuth.sigma).abs(),
+            (range_m * Scalar::cos(elevation_rad) * azimuth.sigma).abs(),
         ],
     }
 }
