@@ -4,7 +4,6 @@
 //! the horizontal plane, range-rate positive outbound. Metres, radians, metres per second.
 //! Measurement order everywhere: elevation, azimuth, range, range-rate.
 
-use libm::{cosf, sinf};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::measurement::Sensed;
@@ -27,10 +26,23 @@ pub struct Prediction<S> {
 }
 
 /// The measurement function h and its Jacobian at a position (m) and velocity (m/s).
+#[inline]
 pub fn predict<S: Scalar>(position: [S; 3], velocity: [S; 3]) -> Prediction<S> {
+    predict_beyond(HORIZONTAL_FLOOR_M2, position, velocity)
+}
+
+/// [`predict`] with another floor (m^2) than [`HORIZONTAL_FLOOR_M2`]. Range and range-rate are
+/// exact where the squared horizontal distance exceeds it, so a floor next to zero makes them
+/// exact on the vertical too, where the derivatives then grow without bound.
+#[inline]
+pub fn predict_beyond<S: Scalar>(
+    floor_m2: f64,
+    position: [S; 3],
+    velocity: [S; 3],
+) -> Prediction<S> {
     let [x, y, z] = position;
     let squared = x * x + y * y;
-    let bounded_squared = squared.max(S::constant(HORIZONTAL_FLOOR_M2));
+    let bounded_squared = squared.max(S::constant(floor_m2));
     let bounded = bounded_squared.sqrt();
     let range_squared = bounded_squared + z * z;
     let range = range_squared.sqrt();
@@ -86,6 +98,18 @@ pub fn position<S: Scalar>(range: S, elevation: S, azimuth: S) -> [S; 3] {
     ]
 }
 
+/// Unit vectors at a direction (rad) along which range, elevation and azimuth grow.
+#[inline]
+pub fn axes<S: Scalar>(elevation: S, azimuth: S) -> [[S; 3]; 3] {
+    let (sin_el, cos_el) = (elevation.sin(), elevation.cos());
+    let (sin_az, cos_az) = (azimuth.sin(), azimuth.cos());
+    [
+        [cos_el * cos_az, cos_el * sin_az, sin_el],
+        [-sin_el * cos_az, -sin_el * sin_az, cos_el],
+        [-sin_az, cos_az, S::constant(0.0)],
+    ]
+}
+
 /// A measured position and how it may err.
 #[derive(Clone, Copy, Debug)]
 pub struct Converted {
@@ -111,18 +135,14 @@ impl Converted {
 /// The measured position with its errors converted from the polar sigmas to first order. Metres.
 pub fn converted(range: Sensed, elevation: Sensed, azimuth: Sensed) -> Converted {
     let (range_m, elevation_rad, azimuth_rad) = (range.value, elevation.value, azimuth.value);
-    let (sin_el, cos_el) = (sinf(elevation_rad), cosf(elevation_rad));
-    let (sin_az, cos_az) = (sinf(azimuth_rad), cosf(azimuth_rad));
-    let radial = Vector3::new(cos_el * cos_az, cos_el * sin_az, sin_el);
-    let upward = Vector3::new(-sin_el * cos_az, -sin_el * sin_az, cos_el);
-    let lateral = Vector3::new(-sin_az, cos_az, 0.0);
+    let axes = axes(elevation_rad, azimuth_rad).map(Vector3::from);
     Converted {
-        position: radial * range_m,
-        axes: [radial, upward, lateral],
+        position: axes[0] * range_m,
+        axes,
         sigmas_m: [
             range.sigma,
             (range_m * elevation.sigma).abs(),
-            (range_m * cos_el * azimuth.sigma).abs(),
+            (range_m * Scalar::cos(elevation_rad) * azimuth.sigma).abs(),
         ],
     }
 }

@@ -9,12 +9,12 @@ use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::radar::noise::NoiseLevel;
 use bnkf_model_export::recursive::committee::{Committee, Followed};
 use bnkf_model_export::recursive::scenario::Scenario;
+use bnkf_model_export::recursive::score::QUANTILE_90_DOF_3;
 use bnkf_model_export::seed;
 use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::scoring::bootstrap::{FlightSum, Interval, interval_95, mean};
-use crate::scoring::chi_square::QUANTILE_90_DOF_3;
 use crate::scoring::paired::PairedDifference;
 
 /// How one way of being in doubt does in one world at one noise level, all sampling rates together.

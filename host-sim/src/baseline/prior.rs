@@ -1,6 +1,8 @@
 //! What is known of a flight before it is seen: the population of training flights.
 
+use bnkf::radar;
 use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::radar::polar::Polar;
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
@@ -87,11 +89,13 @@ impl PopulationPrior {
             .iter()
             .map(|s| Vector3::from(s.position_m))
             .collect();
-        let ranges: Vec<_> = positions.iter().map(Vector3::norm).collect();
-        let elevations: Vec<_> = positions
-            .iter()
-            .map(|p| p.z.atan2(p.x.hypot(p.y)))
-            .collect();
+        let polar = || {
+            samples
+                .iter()
+                .map(|s| Polar::of(s.position_m, s.velocity_mps))
+        };
+        let ranges: Vec<_> = polar().map(|p| p.range_m).collect();
+        let elevations: Vec<_> = polar().map(|p| p.elevation_rad).collect();
         let mean = positions.iter().sum::<Vector3<f64>>() / n;
         let covariance = positions
             .iter()
@@ -178,7 +182,7 @@ impl PopulationPrior {
         );
         let velocity_variance = Vector3::new(across, across, up).map(|sigma| sigma * sigma);
         let prior = Matrix3::from_diagonal(&velocity_variance);
-        let sight = p / p.norm().max(1e-3);
+        let sight = Vector3::from(radar::predict(p.into(), [0.0; 3]).by_velocity);
         let cross = prior * sight;
         let gain = cross / (sight.dot(&cross) + observation.sigma[3].powi(2));
         let velocity = gain * observation.z[3];

@@ -1,13 +1,9 @@
-//! The radar's measurement function in f64: reading vector, its Jacobian and its noise.
+//! The firmware's measurement function in f64: reading vector, its Jacobian and its noise.
 
-use core::f64::consts::{PI, TAU};
-
+use bnkf::radar;
+use bnkf::scalar::Scalar;
 use bnkf_model_export::radar::reading::Reading;
 use nalgebra::{Matrix3, Matrix4, SMatrix, Vector3, Vector4};
-
-/// Distances below this are treated as this, m: at the radar and on its vertical axis the angles
-/// have no derivative, and a filter that strays there must stay finite.
-const DISTANCE_MIN_M: f64 = 1e-3;
 
 /// Readings within this angle of the zenith, or pointing beyond it, count as overhead, rad. Three
 /// and a half standard deviations at the paper's high noise.
@@ -65,14 +61,8 @@ impl Observation {
     /// and smooth around. The azimuth's error becomes that times the cosine of the true elevation,
     /// of which the reading tells a mean square.
     fn head_on(&self) -> Self {
-        let (se, ce) = self.z[0].sin_cos();
-        let (sa, ca) = self.z[1].sin_cos();
-        #[rustfmt::skip]
-        let frame = Matrix3::new(
-            ce * ca, ce * sa, se,
-            -sa, ca, 0.0,
-            -se * ca, -se * sa, ce,
-        );
+        let [radial, upward, lateral] = radar::axes(self.z[0], self.z[1]);
+        let frame = Matrix3::from([radial, lateral, upward]).transpose();
         let square = 0.5 * (1.0 + (2.0 * self.z[0]).cos() * (-2.0 * self.sigma[0].powi(2)).exp());
         let mut sigma = self.sigma;
         sigma[1] *= square.sqrt();
@@ -105,65 +95,45 @@ impl Observation {
     }
 }
 
-/// The angle's equivalent in [-pi, pi), rad.
-pub fn wrap(angle_rad: f64) -> f64 {
-    (angle_rad + PI).rem_euclid(TAU) - PI
-}
-
-/// `z - expected` with both angles wrapped.
+/// `z - expected` with both angles wrapped. Not the firmware's innovation, which renames a
+/// direction beyond the zenith: the textbook filters have none of it, nor has the reference that
+/// they are tested against.
 pub fn residual(z: &Vector4<f64>, expected: &Vector4<f64>) -> Vector4<f64> {
     let d = z - expected;
-    Vector4::new(wrap(d[0]), wrap(d[1]), d[2], d[3])
+    Vector4::new(Scalar::wrap(d[0]), Scalar::wrap(d[1]), d[2], d[3])
 }
 
 /// Noise-free reading of a target at `p` (m) moving with `v` (m/s).
 pub fn expected(p: &Vector3<f64>, v: &Vector3<f64>) -> Vector4<f64> {
-    let ground = p.x.hypot(p.y);
-    let range = p.norm().max(DISTANCE_MIN_M);
-    Vector4::new(p.z.atan2(ground), p.y.atan2(p.x), range, p.dot(v) / range)
+    radar::predict((*p).into(), (*v).into()).measurement.into()
 }
 
 /// Derivative of [`expected`] by position and velocity, 4 x 6.
 pub fn jacobian(p: &Vector3<f64>, v: &Vector3<f64>) -> SMatrix<f64, 4, 6> {
-    let ground = p.x.hypot(p.y).max(DISTANCE_MIN_M);
-    let range = p.norm().max(DISTANCE_MIN_M);
-    let range2 = range * range;
-    let u = p / range;
-    let across = (v - u * u.dot(v)) / range;
-    let slope = p.z / (range2 * ground);
-    #[rustfmt::skip]
-    let h = SMatrix::<f64, 4, 6>::from_row_slice(&[
-        -p.x * slope, -p.y * slope, ground / range2, 0.0, 0.0, 0.0,
-        -p.y / (ground * ground), p.x / (ground * ground), 0.0, 0.0, 0.0, 0.0,
-        u.x, u.y, u.z, 0.0, 0.0, 0.0,
-        across.x, across.y, across.z, u.x, u.y, u.z,
-    ]);
-    h
+    let prediction = radar::predict((*p).into(), (*v).into());
+    SMatrix::from_fn(|row, column| match (row, column) {
+        (_, 0..3) => prediction.by_position[row][column],
+        (3, _) => prediction.by_velocity[column - 3],
+        _ => 0.0,
+    })
 }
 
 /// Position of elevation, azimuth (rad) and range (m); a negative range lands on the far side.
 pub fn cartesian(elevation_rad: f64, azimuth_rad: f64, range_m: f64) -> Vector3<f64> {
-    let (se, ce) = elevation_rad.sin_cos();
-    let (sa, ca) = azimuth_rad.sin_cos();
-    Vector3::new(range_m * ce * ca, range_m * ce * sa, range_m * se)
+    radar::position(range_m, elevation_rad, azimuth_rad).into()
 }
 
 /// Derivative of [`cartesian`] by (elevation, azimuth, range).
 pub fn cartesian_jacobian(elevation_rad: f64, azimuth_rad: f64, range_m: f64) -> Matrix3<f64> {
-    let (se, ce) = elevation_rad.sin_cos();
-    let (sa, ca) = azimuth_rad.sin_cos();
-    #[rustfmt::skip]
-    let j = Matrix3::new(
-        -range_m * se * ca, -range_m * ce * sa, ce * ca,
-        -range_m * se * sa, range_m * ce * ca, ce * sa,
-        range_m * ce, 0.0, se,
-    );
-    j
+    let [radial, upward, lateral] = radar::axes(elevation_rad, azimuth_rad).map(Vector3::from);
+    let horizontal_m = range_m * elevation_rad.cos();
+    Matrix3::from_columns(&[upward * range_m, lateral * horizontal_m, radial])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use core::f64::consts::TAU;
     use nalgebra::Vector6;
 
     const STATES: [[f64; 6]; 4] = [

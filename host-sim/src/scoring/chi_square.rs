@@ -9,10 +9,6 @@ const TERMS_MAX: usize = 20_000;
 /// Halvings of the bracket in [`quantile`]: past the resolution of an `f64`.
 const HALVINGS: usize = 120;
 
-/// 90% quantile for three degrees of freedom: a covariance is honest if 90% of the squared
-/// Mahalanobis distances lie below it.
-pub const QUANTILE_90_DOF_3: f64 = 6.251_388_631_170_325;
-
 /// Probability that a chi-square variable of `dof` degrees of freedom is at most `x`.
 ///
 /// `dof` need not be whole. Returns 0 for `x <= 0`; accurate to 1e-12.
@@ -102,7 +98,8 @@ fn upper_fraction(a: f64, x: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{QUANTILE_90_DOF_3, cdf, quantile};
+    use super::{cdf, quantile};
+    use bnkf_model_export::recursive::score::QUANTILE_90_DOF_3;
 
     /// Values of scipy.stats.chi2 1.17.1: (probability, degrees of freedom, quantile).
     const KNOWN: [(f64, f64, f64); 10] = [

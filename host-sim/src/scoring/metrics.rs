@@ -1,8 +1,7 @@
 //! What one estimate is worth beside the truth: distance, consistency, size of the covariance.
 
+use bnkf_model_export::recursive::score::QUANTILE_90_DOF_3;
 use nalgebra::{Cholesky, Matrix3, Vector3};
-
-use crate::scoring::chi_square::QUANTILE_90_DOF_3;
 
 /// Scores of one estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]

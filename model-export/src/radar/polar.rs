@@ -3,7 +3,8 @@
 //! Frame: x east, y north, z up, radar at the origin. Azimuth from +x towards +y, elevation from
 //! the horizontal, range-rate positive outbound. Nothing here panics.
 
-use std::f64::consts::{PI, TAU};
+use bnkf::radar::predict_beyond;
+use bnkf::scalar::Scalar;
 
 /// Range, direction and range-rate of a moving point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,19 +24,13 @@ impl Polar {
     /// direction has no meaning, angles and range-rate are 0.
     #[must_use]
     pub fn of(position_m: [f64; 3], velocity_mps: [f64; 3]) -> Self {
-        let [x, y, z] = position_m;
-        let [vx, vy, vz] = velocity_mps;
-        let horizontal_m = libm::hypot(x, y);
-        let range_m = libm::hypot(horizontal_m, z);
-        let range_rate_mps = if range_m > 0.0 {
-            (x * vx + y * vy + z * vz) / range_m
-        } else {
-            0.0
-        };
+        // A truth overhead has an exact range; the filters' floor would lengthen it.
+        let exact = predict_beyond(f64::MIN_POSITIVE, position_m, velocity_mps);
+        let [elevation_rad, azimuth_rad, range_m, range_rate_mps] = exact.measurement;
         Self {
             range_m,
-            elevation_rad: libm::atan2(z, horizontal_m),
-            azimuth_rad: wrap_azimuth(libm::atan2(y, x)),
+            elevation_rad,
+            azimuth_rad: wrap_azimuth(azimuth_rad),
             range_rate_mps,
         }
     }
@@ -44,11 +39,8 @@ impl Polar {
 /// The same direction in (-pi, pi], radians.
 #[must_use]
 pub fn wrap_azimuth(azimuth_rad: f64) -> f64 {
-    if azimuth_rad > -PI && azimuth_rad <= PI {
-        return azimuth_rad;
-    }
-    let turned = azimuth_rad - TAU * (azimuth_rad / TAU).round();
-    if turned <= -PI { PI } else { turned.min(PI) }
+    // `Scalar::wrap` keeps the other end of the interval.
+    -Scalar::wrap(-azimuth_rad)
 }
 
 #[cfg(test)]
@@ -75,7 +67,16 @@ mod tests {
         assert_eq!((up.elevation_rad, up.range_rate_mps), (FRAC_PI_2, 1.5));
         // Due west, whichever sign y's zero has.
         assert_eq!(Polar::of([-1.0, -0.0, 0.0], [0.0; 3]).azimuth_rad, PI);
-        assert_eq!(Polar::of([0.0; 3], [1.0; 3]).range_rate_mps, 0.0);
+        let here = Polar::of([0.0; 3], [1.0; 3]);
+        assert_eq!(
+            (here.elevation_rad, here.azimuth_rad, here.range_rate_mps),
+            (0.0, 0.0, 0.0)
+        );
+        assert!(here.range_m < 1e-150);
+        // A millimetre beside the vertical.
+        let beside = Polar::of([1e-3, 0.0, 4.0], [0.0; 3]);
+        assert!((beside.range_m - (16.0_f64 + 1e-6).sqrt()).abs() < 1e-14);
+        assert_eq!(wrap_azimuth(-PI), PI);
     }
 
     proptest! {

@@ -11,8 +11,9 @@ use bnkf::cholesky::{cholesky, forward_substitute};
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// 90th percentile of chi-square with three degrees of freedom.
-const CHI2_90: f64 = 6.251_388_631_170_325;
+/// 90% quantile of chi-square for three degrees of freedom: a covariance is honest if 90% of the
+/// squared Mahalanobis distances lie below it.
+pub const QUANTILE_90_DOF_3: f64 = 6.251_388_631_170_325;
 /// Steps that are kept at a time.
 const WINDOW: usize = 50;
 
@@ -92,7 +93,7 @@ impl Score {
         };
         self.distance_m += error_m.iter().map(|e| e * e).sum::<f64>().sqrt();
         self.nees += nees;
-        self.coverage90 += f64::from(u8::from(nees < CHI2_90));
+        self.coverage90 += f64::from(u8::from(nees < QUANTILE_90_DOF_3));
         self.steps += 1.0;
     }
 

@@ -183,10 +183,8 @@ mod tests {
     }
 
     fn reading(time_s: f64) -> [f64; 4] {
-        let ([x, y, z], [vx, vy, vz]) = circle(time_s);
-        let range = (x * x + y * y + z * z).sqrt();
-        let rate = (x * vx + y * vy + z * vz) / range;
-        [z.atan2(x.hypot(y)), y.atan2(x), range, rate]
+        let (position, velocity) = circle(time_s);
+        bnkf::radar::predict(position, velocity).measurement
     }
 
     fn step_inputs(carry: &Carry<f64>, outputs: &[f64], k: usize, measured: f64) -> Vec<f64> {
