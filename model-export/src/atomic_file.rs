@@ -36,7 +36,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), AtomicWriteError> {
     })
 }
 
-/// Finds out whether [`write`] can write every one of `paths`. Leaves nothing behind.
+/// Finds out whether [`write()`] can write every one of `paths`. Leaves nothing behind.
 ///
 /// # Errors
 /// The first path for which it cannot; the folder has no room for a megabyte; a file is protected

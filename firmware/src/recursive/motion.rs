@@ -17,7 +17,7 @@ use super::schedule::Schedule;
 use super::sight::LineOfSight;
 use crate::scalar::Scalar;
 
-/// Position [m], velocity [m/s], acceleration [m/s^2]; east, north, up each.
+/// Position (m), velocity (m/s), acceleration (m/s^2); east, north, up each.
 pub type State<S> = [S; 9];
 /// Covariance of a [`State`].
 pub type Covariance<S> = [[S; 9]; 9];

@@ -21,7 +21,7 @@ pub const CARRY: usize = STATE + COVARIANCE + 4 * MEASUREMENT + 2 + 3 * MEANS + 
 /// Frame: x east, y north, z up, radar at the origin; metres, seconds, radians.
 #[derive(Clone, Copy, Debug)]
 pub struct Carry<S> {
-    /// Position [m], velocity [m/s], acceleration [m/s^2].
+    /// Position (m), velocity (m/s), acceleration (m/s^2).
     pub state: State<S>,
     /// Covariance of `state`; both triangles hold the same numbers.
     pub covariance: Covariance<S>,

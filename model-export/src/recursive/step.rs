@@ -20,7 +20,7 @@ pub struct Arrival<S> {
     pub dt_s: S,
     /// One when there is a measurement, zero in a gap.
     pub measured: S,
-    /// Elevation [rad], azimuth [rad], range [m], range-rate [m/s]; anything finite in a gap.
+    /// Elevation (rad), azimuth (rad), range (m), range-rate (m/s); anything finite in a gap.
     pub measurement: [S; MEASUREMENT],
     /// Their standard deviations.
     pub sigmas: [S; MEASUREMENT],
