@@ -82,3 +82,37 @@ impl core::fmt::Display for TrackerError {
 }
 
 impl core::error::Error for TrackerError {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::blob::draft::Draft;
+
+    #[test]
+    fn settings_of_a_blob_fit_it_and_others_are_named() {
+        for (draft, correction) in [
+            (Draft::memoryless(&[12, 3], 3), Correction::Converted),
+            (Draft::recursive(3), Correction::Polar),
+        ] {
+            let bytes = draft.bytes();
+            let blob = Blob::parse(&bytes).expect("a blob");
+            let own = Settings::of(&blob);
+            assert_eq!((own.correction, own.seed), (correction, 1));
+            assert_eq!(own.passes, blob.passes());
+            assert_eq!(own.check(&blob), Ok(()));
+            for passes in [0, field::PASSES_MAX + 1] {
+                let settings = Settings { passes, ..own };
+                assert_eq!(settings.check(&blob), Err(TrackerError::Passes(passes)));
+            }
+            let alone = Settings {
+                correction: Correction::None,
+                ..own
+            };
+            let expected = match blob.kind() {
+                Kind::Memoryless => Ok(()),
+                Kind::Recursive => Err(TrackerError::Correction(Correction::None)),
+            };
+            assert_eq!(alone.check(&blob), expected);
+        }
+    }
+}

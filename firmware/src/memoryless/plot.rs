@@ -35,3 +35,31 @@ impl Plot {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_channel_has_its_place_and_is_needed() {
+        let sensed = |value: f32| Some(Sensed { value, sigma: 0.1 });
+        let whole = Measurement {
+            time_us: 5,
+            range: sensed(1.0),
+            elevation: sensed(2.0),
+            azimuth: sensed(3.0),
+            range_rate: sensed(4.0),
+        };
+        let plot = Plot::of(&whole).expect("whole");
+        let values = [plot.range, plot.elevation, plot.azimuth, plot.range_rate];
+        assert_eq!(values.map(|sensed| sensed.value), [1.0, 2.0, 3.0, 4.0]);
+        assert_eq!(plot.time_us, 5);
+        let mut partial = whole;
+        partial.range_rate = None;
+        let missing = StepError::Missing(Channel::RangeRate);
+        assert_eq!(Plot::of(&partial), Err(missing));
+        partial.elevation = None;
+        let missing = StepError::Missing(Channel::Elevation);
+        assert_eq!(Plot::of(&partial), Err(missing));
+    }
+}

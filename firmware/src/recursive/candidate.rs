@@ -114,3 +114,103 @@ impl Candidate {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measurement::Sensed;
+
+    const POPULATION: Population<f32> = Population {
+        range_m: 33.0,
+        range_sigma_m: 6.0,
+        elevation_rad: 0.5,
+        elevation_sigma_rad: 0.2,
+        horizontal_sigma_mps: 10.0,
+        vertical_sigma_mps: 10.0,
+        acceleration_sigma_mps2: 4.0,
+    };
+    const BASE: Base<f32> = Base {
+        decay_hz: 1.0,
+        jerk_noise: 3.0,
+        acceleration_noise: 0.03,
+        velocity_noise: 1e-4,
+    };
+
+    fn seen(time_us: u64, range: f32, azimuth: f32) -> Measurement {
+        let sensed = |value, sigma| Some(Sensed { value, sigma });
+        Measurement {
+            time_us,
+            range: sensed(range, 0.1),
+            elevation: sensed(0.4, 0.005),
+            azimuth: sensed(azimuth, 0.005),
+            range_rate: sensed(0.0, 0.05),
+        }
+    }
+
+    fn candidate() -> Candidate {
+        Candidate::start(&seen(0, 33.0, 0.5), &POPULATION).expect("a direction")
+    }
+
+    #[test]
+    fn three_that_agree_are_enough() {
+        let mut candidate = candidate();
+        let meet = |candidate: &mut Candidate, time_us| {
+            candidate.meet(&seen(time_us, 33.05, 0.5), &BASE, &POPULATION)
+        };
+        assert_eq!(meet(&mut candidate, 100_000), Verdict::Wait);
+        assert_eq!(meet(&mut candidate, 200_000), Verdict::Agreed);
+        assert_eq!(candidate.track().used, 3);
+        assert_eq!(candidate.track().time_us, 200_000);
+    }
+
+    #[test]
+    fn two_in_a_row_elsewhere_end_it_and_one_does_not() {
+        let mut candidate = candidate();
+        let elsewhere = |time_us| seen(time_us, 50.0, -2.0);
+        assert_eq!(
+            candidate.meet(&elsewhere(100_000), &BASE, &POPULATION),
+            Verdict::Wait
+        );
+        let there = seen(200_000, 33.0, 0.5);
+        assert_eq!(candidate.meet(&there, &BASE, &POPULATION), Verdict::Wait);
+        for (time_us, verdict) in [(300_000, Verdict::Wait), (400_000, Verdict::Over)] {
+            let met = candidate.meet(&elsewhere(time_us), &BASE, &POPULATION);
+            assert_eq!(met, verdict);
+        }
+    }
+
+    #[test]
+    fn what_is_old_or_unsure_agrees_with_nothing() {
+        let there = |time_us| seen(time_us, 33.0, 0.5);
+        assert_eq!(
+            candidate().meet(&there(5_100_000), &BASE, &POPULATION),
+            Verdict::Over
+        );
+        // Two seconds at 10 m/s a component leave 35 m, more than twice 6 m.
+        assert_eq!(
+            candidate().meet(&there(2_000_000), &BASE, &POPULATION),
+            Verdict::Over
+        );
+        let wide = Population {
+            range_sigma_m: 600.0,
+            ..POPULATION
+        };
+        assert_eq!(
+            candidate().meet(&there(2_000_000), &BASE, &wide),
+            Verdict::Wait
+        );
+    }
+
+    #[test]
+    fn a_deposed_track_needs_three_again() {
+        let mut old = Candidate::deposed(*candidate().track());
+        for (step, verdict) in [Verdict::Wait, Verdict::Wait, Verdict::Agreed]
+            .into_iter()
+            .enumerate()
+        {
+            let there = seen(100_000 * (step as u64 + 1), 33.0, 0.5);
+            assert_eq!(old.meet(&there, &BASE, &POPULATION), verdict);
+        }
+        assert_eq!(old.track().used, 4);
+    }
+}

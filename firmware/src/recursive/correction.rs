@@ -27,3 +27,57 @@ pub fn correct<S: Scalar>(
         core::array::from_fn(|i| vectors.sigmas[i] * vectors.sigmas[i] * scale[i] + curvature[i]);
     correct_polar(state, covariance, vectors, &variances)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STATE: State<f64> = [12.0, -21.0, 9.0, 1.5, -0.7, 0.4, 0.3, 0.2, -0.1];
+
+    fn covariance() -> Covariance<f64> {
+        let mut matrix = [[0.0; 9]; 9];
+        for i in 0..9 {
+            for j in 0..9 {
+                matrix[i][j] = 0.08 * ((i * j) as f64 * 0.7).cos() / (1.0 + i.abs_diff(j) as f64);
+            }
+            matrix[i][i] += 0.6;
+        }
+        matrix
+    }
+
+    fn expected() -> [f64; 4] {
+        crate::radar::predict([12.0, -21.0, 9.0], [1.5, -0.7, 0.4]).measurement
+    }
+
+    #[test]
+    fn the_noise_is_the_sensors_times_the_scale_and_the_curvature() {
+        let (sigmas, scale) = ([0.05, 0.04, 2.0, 0.3], [1.5, 0.5, 3.0]);
+        let mut measured = expected();
+        measured[0] += 0.03;
+        measured[2] -= 1.0;
+        let vectors = Vectors::whole(measured, sigmas);
+        let (got, _) = correct(&STATE, &covariance(), &vectors, scale);
+        let curvature = curvature(&STATE, &covariance());
+        let variances = [
+            0.0025 * 1.5 + curvature[0],
+            0.0016 * 1.5 + curvature[1],
+            4.0 * 0.5 + curvature[2],
+            0.09 * 3.0 + curvature[3],
+        ];
+        let (plain, _) = correct_polar(&STATE, &covariance(), &vectors, &variances);
+        for i in 0..9 {
+            assert!((got.state[i] - plain.state[i]).abs() < 1e-12);
+            assert!((got.covariance[i][i] - plain.covariance[i][i]).abs() < 1e-12);
+        }
+        assert!(curvature.iter().all(|c| *c > 0.0));
+    }
+
+    #[test]
+    fn the_gate_is_eight_deviations() {
+        let mut vectors = Vectors::whole(expected(), [0.05, 0.04, 2.0, 0.3]);
+        assert!(correct(&STATE, &covariance(), &vectors, [1.0; 3]).0.nis < 1e-12);
+        vectors.measured[2] += 60.0;
+        let (corrected, whitened) = correct(&STATE, &covariance(), &vectors, [1.0; 3]);
+        assert!(corrected.nis > GATE_NIS && whitened[2] > GATE_NIS.sqrt());
+    }
+}

@@ -106,3 +106,31 @@ pub fn parameters(population: &Population<f64>, base: &Base<f64>) -> [f32; RECUR
     ]
     .map(|value| value as f32)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parameters_come_back() {
+        let list = parameters(&Population::PAPER, &Base::DRONE);
+        let mut draft = crate::blob::draft::Draft::recursive(3);
+        draft.parameters = list.to_vec();
+        let bytes = draft.bytes();
+        let blob = crate::blob::Blob::parse(&bytes).expect("a blob");
+        let (population, base) = read::<f64>(blob.parameters());
+        assert_eq!(parameters(&population, &base), list);
+        assert_eq!(population.range_m, 33.5);
+        assert!((base.velocity_noise - 1e-4).abs() < 1e-10);
+    }
+
+    #[test]
+    fn a_base_is_known_to_every_scalar() {
+        let single: Base<f32> = Base::DRONE.known();
+        assert_eq!((single.decay_hz, single.jerk_noise), (1.0, 3.0));
+        assert_eq!(
+            (single.acceleration_noise, single.velocity_noise),
+            (0.03, 1e-4)
+        );
+    }
+}

@@ -157,3 +157,167 @@ impl Track {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measurement::Sensed;
+
+    const POPULATION: Population<f32> = Population {
+        range_m: 33.0,
+        range_sigma_m: 6.0,
+        elevation_rad: 0.5,
+        elevation_sigma_rad: 0.2,
+        horizontal_sigma_mps: 1.6,
+        vertical_sigma_mps: 0.5,
+        acceleration_sigma_mps2: 2.0,
+    };
+    const BASE: Base<f32> = Base {
+        decay_hz: 1.0,
+        jerk_noise: 3.0,
+        acceleration_noise: 0.03,
+        velocity_noise: 1e-4,
+    };
+
+    fn sensed(value: f32, sigma: f32) -> Option<Sensed> {
+        Some(Sensed { value, sigma })
+    }
+
+    fn first() -> Measurement {
+        Measurement {
+            time_us: 7,
+            range: sensed(33.0, 0.1),
+            elevation: sensed(0.4, 0.005),
+            azimuth: sensed(0.5, 0.006),
+            range_rate: sensed(1.0, 0.05),
+        }
+    }
+
+    fn track() -> Track {
+        Track::start(&first(), &POPULATION).expect("a track")
+    }
+
+    #[test]
+    fn a_start_needs_a_direction_that_says_something() {
+        let started = |change: fn(&mut Measurement)| {
+            let mut measurement = first();
+            change(&mut measurement);
+            Track::start(&measurement, &POPULATION).map(|track| track.used)
+        };
+        assert_eq!(started(|_| ()), Ok(1));
+        assert_eq!(
+            started(|m| m.azimuth = None),
+            Err(StepError::Missing(Channel::Azimuth))
+        );
+        let blunt = started(|m| {
+            m.range = sensed(1e6, 0.1);
+            m.azimuth = sensed(0.5, 1.0);
+        });
+        assert_eq!(blunt, Err(StepError::Blunt));
+    }
+
+    #[test]
+    fn a_sensor_without_a_channel_is_as_blunt_as_the_population() {
+        let mut measurement = first();
+        (
+            measurement.range,
+            measurement.range_rate,
+            measurement.elevation,
+        ) = (None, None, None);
+        let track = Track::start(&measurement, &POPULATION).expect("a track");
+        for (got, sigma) in track
+            .memory
+            .ln_sigmas
+            .into_iter()
+            .zip([0.2, 0.006, 6.0, 1.6])
+        {
+            assert!((got - f32::ln(sigma)).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn what_means_nothing_does_not_settle() {
+        assert!(track().settle());
+        type Damage = fn(&mut Track);
+        let damages: [Damage; 7] = [
+            |t| t.state[0] = f32::NAN,
+            |t| t.state[2] = 1.1e7,
+            |t| t.state[4] = -1.1e5,
+            |t| t.state[8] = 1.1e5,
+            |t| t.covariance[3][3] = f32::INFINITY,
+            |t| t.covariance[5][5] = 0.0,
+            |t| t.covariance[1][1] = 1.1e10,
+        ];
+        for damage in damages {
+            let mut track = track();
+            damage(&mut track);
+            assert!(!track.settle(), "{track:?}");
+        }
+        let mut flat = track();
+        flat.covariance[0][1] = (flat.covariance[0][0] * flat.covariance[1][1]).sqrt();
+        flat.covariance[1][0] = flat.covariance[0][1];
+        assert!(flat.settle() && crate::cholesky::is_definite(&flat.covariance));
+    }
+
+    #[test]
+    fn a_drift_moves_and_doubts() {
+        let mut moved = track();
+        moved.drift(500_007, &BASE);
+        let before = track();
+        assert_eq!(moved.time_us, 500_007);
+        for axis in 0..3 {
+            let expected = before.state[axis] + 0.5 * before.state[3 + axis];
+            assert!((moved.state[axis] - expected).abs() < 1e-3);
+            assert!(moved.covariance[axis][axis] > before.covariance[axis][axis]);
+        }
+        assert!(moved.position_variance() > before.position_variance());
+        let mut still = track();
+        still.drift(7, &BASE);
+        assert_eq!(
+            (still.state, still.covariance),
+            (before.state, before.covariance)
+        );
+    }
+
+    #[test]
+    fn a_correction_is_counted_and_an_estimate_is_the_track() {
+        let mut track = track();
+        let vectors = Vectors::from(&first());
+        let (corrected, whitened) = track.corrected(&vectors, [1.0; 3]).expect("sound");
+        assert!(whitened.iter().all(|y| y.abs() < 1.0));
+        let before = track.covariance[0][0];
+        track.take(&corrected);
+        assert_eq!(track.used, 2);
+        assert!(track.covariance[0][0] < before);
+        let estimate = track.estimate(f32::MAX, Mode::Tracking, true);
+        assert_eq!(estimate.nis, NIS_MAX);
+        assert_eq!(
+            (estimate.mode, estimate.outside, estimate.time_us),
+            (Mode::Tracking, true, 7)
+        );
+        assert_eq!(
+            estimate.position_m,
+            [track.state[0], track.state[1], track.state[2]]
+        );
+        assert_eq!(estimate.covariance_m2[1][2], track.covariance[1][2]);
+        let motion = estimate.motion.expect("recursive");
+        assert_eq!(motion.velocity_mps, track.velocity());
+        assert_eq!(
+            motion.acceleration_mps2,
+            [track.state[6], track.state[7], track.state[8]]
+        );
+        assert_eq!(motion.covariance, track.covariance);
+    }
+
+    /// Overflow is no correction.
+    #[test]
+    fn an_overflow_corrects_nothing() {
+        let mut track = track();
+        track.covariance[0][0] = f32::MAX;
+        assert!(
+            track
+                .corrected(&Vectors::from(&first()), [1.0; 3])
+                .is_none()
+        );
+    }
+}
