@@ -313,7 +313,7 @@ mod tests {
     #[test]
     fn an_overflow_corrects_nothing() {
         let mut track = track();
-        track.covariance[0][0] = f32::MAX;
+        track.covariance[0][0] = f32::INFINITY;
         assert!(
             track
                 .corrected(&Vectors::from(&first()), [1.0; 3])
