@@ -7,7 +7,7 @@
 #
 # First the crate's own unit tests run against every change, seconds each; then the whole-system
 # tests against those that were left, minutes each (BNKF_MUTANTS=unit stops before them). Results:
-# target/mutants/mutants.out. Survivors and their reasons: docs/mutants.md.
+# target/mutants/mutants.out.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
