@@ -97,7 +97,7 @@ impl<'a> Tracker<'a> {
     /// model of a recursive blob, and for a memoryless one by the rule in the module `coast`.
     ///
     /// One call reaches at most [`AHEAD_MAX_US`](crate::clock::AHEAD_MAX_US) ahead, and asks the
-    /// network at most 40 times.
+    /// network at most 41 times.
     ///
     /// # Errors
     /// [`StepError::NotStarted`], [`StepError::TimeWentBack`], [`StepError::TimeTooFarAhead`],

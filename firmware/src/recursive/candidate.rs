@@ -78,7 +78,8 @@ impl Candidate {
         base: &Base<f32>,
         population: &Population<f32>,
     ) -> Verdict {
-        if seconds_between(self.track.time_us, measurement.time_us) > AGE_MAX_S {
+        let elapsed_s = seconds_between(self.track.time_us, measurement.time_us);
+        if elapsed_s > AGE_MAX_S {
             return Verdict::Over;
         }
         let mut moved = self.track;
@@ -92,6 +93,10 @@ impl Candidate {
             Some((corrected, whitened)) if corrected.nis < AGREEMENT_NIS => {
                 moved.take(&corrected);
                 moved.memory.measured(whitened, &vectors);
+                if elapsed_s > 0.0 {
+                    // No network, no notes: those that a deposed track has stay.
+                    moved.memory.stepped(elapsed_s, 1.0, moved.velocity(), &[]);
+                }
                 moved.settle()
             }
             _ => false,
@@ -151,6 +156,10 @@ mod tests {
         Candidate::start(&seen(0, 33.0, 0.5), &POPULATION).expect("a direction")
     }
 
+    fn candidate_start_velocity() -> [f32; 3] {
+        candidate().track().velocity()
+    }
+
     #[test]
     fn three_that_agree_are_enough() {
         let mut candidate = candidate();
@@ -161,6 +170,10 @@ mod tests {
         assert_eq!(meet(&mut candidate, 200_000), Verdict::Agreed);
         assert_eq!(candidate.track().used, 3);
         assert_eq!(candidate.track().time_us, 200_000);
+        // What the network will read of it is of now, not of its first guess.
+        let memory = &candidate.track().memory;
+        assert!((memory.age_s - 0.2).abs() < 1e-6);
+        assert!(memory.velocity_means[0] != candidate_start_velocity());
     }
 
     #[test]
