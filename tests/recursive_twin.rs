@@ -8,7 +8,8 @@ mod untrained;
 use bnkf::blob::Blob;
 use bnkf::measurement::Vectors;
 use bnkf::network::Network;
-use bnkf::recursive::population::{Base, Population};
+use bnkf::recursive::parameters::Parameters;
+use bnkf::recursive::population::Population;
 use bnkf::recursive::schedule::OUTPUTS;
 use bnkf::{Estimate, Measurement, Mode, Settings, Tracker};
 use bnkf_model_export::flights::flight::Flight;
@@ -18,7 +19,7 @@ use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 use bnkf_model_export::radar::sampling::{RadarSettings, sample_radar, time_us};
 use bnkf_model_export::recursive::carry::Carry;
 use bnkf_model_export::recursive::normalisation::Normalisation;
-use bnkf_model_export::recursive::step::{Arrival, advance, features_of};
+use bnkf_model_export::recursive::step::{Arrival, Weighing, advance, features_of};
 use tolerance::RECURSIVE_TWIN;
 use untrained::recursive_blob;
 
@@ -53,7 +54,10 @@ impl Twin<'_> {
                     measurement,
                     sigmas,
                 };
-                advance(carry, &outputs.map(f64::from), &arrival, &Base::DRONE)
+                {
+                    let outputs = outputs.map(f64::from);
+                    advance(carry, &outputs, &arrival, &Parameters::PAPER, Weighing::All)
+                }
             }
         };
         self.carry = Some(next);

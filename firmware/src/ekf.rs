@@ -39,6 +39,8 @@ pub struct Corrected<S, const N: usize> {
     pub covariance: [[S; N]; N],
     /// Normalised innovation squared, `y' S^-1 y`.
     pub nis: S,
+    /// Half the logarithm of the determinant of `S`, the innovation's covariance.
+    pub ln_root: S,
 }
 
 impl<const N: usize> Corrected<f32, N> {
@@ -86,6 +88,7 @@ pub fn correct_position(
         state: position,
         covariance,
         nis: 0.0,
+        ln_root: 0.0,
     };
     for (axis, sigma) in measured.axes.iter().zip(measured.sigmas_m) {
         let axis: [f32; 3] = (*axis).into();
@@ -130,6 +133,7 @@ pub fn correct_polar<S: Scalar, const N: usize>(
         state: *state,
         covariance: *covariance,
         nis: zero,
+        ln_root: zero,
     };
     let innovations = innovations(&vectors.measured, &predicted.measurement);
     let mut whitened = [zero; 4];
@@ -173,16 +177,27 @@ fn correct_scalar<S: Scalar, const N: usize>(
     for (value, gain) in corrected.state.iter_mut().zip(gain) {
         *value = *value + gain * innovation;
     }
-    for i in 0..N {
-        for j in i..N {
-            let value = corrected.covariance[i][j] - gain[i] * cross[j];
-            corrected.covariance[i][j] = value;
-            corrected.covariance[j][i] = value;
-        }
-    }
-    let whitened = present * innovation / innovation_variance.sqrt();
+    subtract_outer(&mut corrected.covariance, &gain, &cross);
+    let deviation = innovation_variance.sqrt();
+    let whitened = present * innovation / deviation;
+    corrected.ln_root = corrected.ln_root + present * deviation.ln();
     corrected.nis = corrected.nis + whitened * whitened;
     whitened
+}
+
+/// Takes the outer product of `gain` and `cross`, which are parallel, off a symmetric matrix.
+pub(crate) fn subtract_outer<S: Scalar, const N: usize>(
+    matrix: &mut [[S; N]; N],
+    gain: &[S; N],
+    cross: &[S; N],
+) {
+    for i in 0..N {
+        for j in i..N {
+            let value = matrix[i][j] - gain[i] * cross[j];
+            matrix[i][j] = value;
+            matrix[j][i] = value;
+        }
+    }
 }
 
 /// A symmetric matrix times a vector.

@@ -34,6 +34,29 @@ pub struct Motion {
     pub covariance: [[f32; 9]; 9],
 }
 
+/// How probable it is, after the measurement, that the target or the sensor did what the model does
+/// not expect of them. A memoryless blob has no such probabilities: they are zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Doubt {
+    /// Probability that the target manoeuvred.
+    pub manoeuvre: f32,
+    /// Probability that the reading is wrong; one if it was rejected.
+    pub outlier: f32,
+}
+
+impl Doubt {
+    /// Nothing is known against the model.
+    pub const NONE: Self = Self {
+        manoeuvre: 0.0,
+        outlier: 0.0,
+    };
+    /// A reading that was rejected.
+    pub const OUTLIER: Self = Self {
+        manoeuvre: 0.0,
+        outlier: 1.0,
+    };
+}
+
 /// Position and covariance at one instant; frame x east, y north, z up, radar at the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
@@ -50,6 +73,8 @@ pub struct Estimate {
     /// Whether the target is where, or moves as, the model was not trained for: its answer is then
     /// less sure than usual. A memoryless blob does not know, and says no.
     pub outside: bool,
+    /// What the measurement says against the model.
+    pub doubt: Doubt,
     /// Velocity, acceleration and the full covariance; a memoryless tracker has none.
     pub motion: Option<Motion>,
 }

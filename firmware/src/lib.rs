@@ -35,7 +35,7 @@ mod step_error;
 mod tracker;
 
 pub use clock::WrappingClock;
-pub use estimate::{Estimate, Mode, Motion};
+pub use estimate::{Doubt, Estimate, Mode, Motion};
 pub use measurement::{Channel, Measurement, MeasurementError, Sensed};
 pub use settings::{Correction, Settings, TrackerError};
 pub use step_error::StepError;

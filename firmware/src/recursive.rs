@@ -8,14 +8,19 @@
 pub mod candidate;
 pub mod correction;
 pub mod curvature;
+pub mod densities;
 pub mod envelope;
+pub mod factor;
 pub mod features;
+pub mod hypotheses;
 pub mod memory;
 pub mod motion;
+pub mod parameters;
 pub mod population;
 pub mod schedule;
 pub mod sight;
 pub mod start;
+pub mod state;
 pub mod track;
 mod tracker;
 

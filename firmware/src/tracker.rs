@@ -33,7 +33,7 @@ enum Inner<'a> {
 }
 
 /// Static memory of the tracker is part of its contract: what a caller must set aside.
-pub const TRACKER_BYTES_MAX: usize = 4_096;
+pub const TRACKER_BYTES_MAX: usize = 4_352;
 const _: () = assert!(size_of::<Tracker<'static>>() <= TRACKER_BYTES_MAX);
 
 impl<'a> Tracker<'a> {

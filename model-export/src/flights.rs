@@ -1,6 +1,7 @@
 //! Flights: read from files or generated, cut into segments, placed around the radar, and divided into
 //! those to learn from and those held out.
 
+pub mod agile;
 pub mod csv;
 pub mod data_hash;
 pub mod flight;

@@ -2,7 +2,7 @@
 
 use bnkf::blob::{FeatureLayout, Kind};
 use bnkf::recursive::features::FEATURES;
-use bnkf::recursive::population::{Base, Population, parameters};
+use bnkf::recursive::parameters::Parameters;
 use bnkf::recursive::schedule::OUTPUTS;
 use bnkf_model_export::blob::quantise::quantise;
 use bnkf_model_export::blob::writer::{BlobContents, Normalisation, write_blob};
@@ -19,7 +19,7 @@ pub fn recursive_blob(hidden: usize) -> Vec<u8> {
         kind: Kind::Recursive,
         features: FeatureLayout::Recursive64,
         passes: 1,
-        parameters: parameters(&Population::PAPER, &Base::DRONE).to_vec(),
+        parameters: Parameters::PAPER.list().to_vec(),
         inputs: vec![
             Normalisation {
                 mean: 0.0,

@@ -120,10 +120,12 @@ impl Draft {
             kind: 2,
             features: 3,
             passes: 1,
-            parameters: (1..=11).map(|i| i as f32 / 4.0).collect(),
+            parameters: crate::recursive::parameters::Parameters::PAPER
+                .list()
+                .to_vec(),
             inputs: std::vec![[0.0, 1.0]; 64],
-            outputs: std::vec![[0.0, 1.0]; 26],
-            networks: std::vec![layers(&[64, 10, 26], &mut rng)],
+            outputs: std::vec![[0.0, 1.0]; field::RECURSIVE_OUTPUTS],
+            networks: std::vec![layers(&[64, 10, field::RECURSIVE_OUTPUTS], &mut rng)],
         }
     }
 

@@ -1,4 +1,4 @@
-//! Byte offsets of blob version 1; the only place where they are written down.
+//! Byte offsets of blob version 2; the only place where they are written down.
 //!
 //! All numbers are little-endian. `BLOB.md` beside the crate says what each field means.
 
@@ -7,7 +7,7 @@ use core::ops::Range;
 /// First four bytes of every blob.
 pub const MAGIC_BYTES: [u8; 4] = *b"BNKF";
 /// The only format version this code reads and writes.
-pub const FORMAT_VERSION: u16 = 1;
+pub const FORMAT_VERSION: u16 = 2;
 /// Units code: metres, seconds, radians, metres per second.
 pub const UNITS_SI: u8 = 1;
 
@@ -44,10 +44,11 @@ pub const PARAMETER_SPEED_SIGMA: usize = 0;
 pub const PARAMETER_ACCELERATION_SIGMA: usize = 1;
 /// Number of parameters of a memoryless blob.
 pub const MEMORYLESS_PARAMETERS: usize = 2;
-/// Number of parameters of a recursive blob: population, then base model (see `BLOB.md`).
-pub const RECURSIVE_PARAMETERS: usize = 11;
-/// Outputs of a recursive blob's network: the schedule, then the network's notes to itself.
-pub const RECURSIVE_OUTPUTS: usize = 26;
+/// Number of parameters of a recursive blob: population, base model, bounds, hypotheses (see
+/// `BLOB.md`).
+pub const RECURSIVE_PARAMETERS: usize = 32;
+/// Outputs of a recursive blob's network: schedule, factor, the network's notes to itself.
+pub const RECURSIVE_OUTPUTS: usize = 36;
 
 /// Bytes of one normalisation entry: two f32 (mean, inverse scale for inputs; mean, scale for outputs).
 pub const NORMALISATION_LEN: usize = 8;

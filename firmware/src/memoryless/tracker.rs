@@ -10,7 +10,7 @@ use crate::blob::{Blob, FeatureLayout, Floats, field};
 use crate::cholesky::make_definite;
 use crate::clock::seconds_between;
 use crate::ekf::{EkfError, correct_polar, correct_position};
-use crate::estimate::{Estimate, Mode, NIS_MAX, POSITION_SIGMA_MAX_M};
+use crate::estimate::{Doubt, Estimate, Mode, NIS_MAX, POSITION_SIGMA_MAX_M};
 use crate::measurement::{Measurement, Vectors};
 use crate::network::monte_carlo::{Sampling, moments};
 use crate::network::{Network, Scratch};
@@ -207,6 +207,7 @@ fn estimate(fix: &Fix, nis: f32, mode: Mode) -> Estimate {
         position_m: fix.position.into(),
         covariance_m2: core::array::from_fn(|i| core::array::from_fn(|j| fix.covariance[(i, j)])),
         nis: nis.min(NIS_MAX),
+        doubt: Doubt::NONE,
         mode,
         outside: false,
         motion: None,

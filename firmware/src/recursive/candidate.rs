@@ -133,6 +133,10 @@ mod tests {
         horizontal_sigma_mps: 10.0,
         vertical_sigma_mps: 10.0,
         acceleration_sigma_mps2: 4.0,
+        horizontal_m: 29.0,
+        horizontal_sigma_m: 7.0,
+        height_m: 13.0,
+        height_sigma_m: 5.0,
     };
     const BASE: Base<f32> = Base {
         decay_hz: 1.0,

@@ -1,7 +1,12 @@
-//! The correction of a predicted state with a measurement, and the gate before it.
+//! The correction of a predicted state with a measurement, under one hypothesis or all, and the gate
+//! before it.
 
 use super::curvature::curvature;
-use super::motion::{Covariance, State};
+use super::densities::Densities;
+use super::hypotheses::{HYPOTHESES, Hypotheses, Mixture, NOMINAL, OUTLIER};
+use super::motion::add_noise;
+use super::sight::LineOfSight;
+use super::state::{Covariance, State};
 use crate::ekf::{Corrected, correct_polar};
 use crate::measurement::Vectors;
 use crate::scalar::Scalar;
@@ -26,6 +31,58 @@ pub fn correct<S: Scalar>(
     let variances =
         core::array::from_fn(|i| vectors.sigmas[i] * vectors.sigmas[i] * scale[i] + curvature[i]);
     correct_polar(state, covariance, vectors, &variances)
+}
+
+/// What a correction needs to know of the prediction before it.
+#[derive(Clone, Copy, Debug)]
+pub struct Interval<S> {
+    /// The line of sight that the noise runs along.
+    pub sight: LineOfSight<S>,
+    /// The network's process noise.
+    pub noise: Densities<S>,
+    /// What the sensor's stated variances are multiplied with: angles, range, range-rate.
+    pub sensor_scale: [S; 3],
+    /// Length, s.
+    pub dt_s: S,
+}
+
+impl<S: Scalar> Interval<S> {
+    /// Adds what is expected beyond the network's noise, for a step without a measurement.
+    pub fn doubt(
+        &self,
+        covariance: &mut Covariance<S>,
+        hypotheses: &Hypotheses<S>,
+        odds: &[S; HYPOTHESES],
+    ) {
+        let extra = hypotheses.expected(odds, &self.noise);
+        add_noise(covariance, &self.sight, &extra, self.dt_s);
+    }
+
+    /// Corrects a predicted state under every hypothesis and merges what comes of it. Also returns
+    /// the innovations whitened as the network expects them. Nothing is checked.
+    pub fn weigh(
+        &self,
+        state: &State<S>,
+        covariance: &Covariance<S>,
+        vectors: &Vectors<S>,
+        hypotheses: &Hypotheses<S>,
+        odds: &[S; HYPOTHESES],
+    ) -> (Mixture<S>, [S; 4]) {
+        let (nominal, whitened) = correct(state, covariance, vectors, self.sensor_scale);
+        let mut mixture = Mixture::of(NOMINAL, odds[NOMINAL], nominal);
+        for (number, manoeuvre) in (NOMINAL + 1..).zip(&hypotheses.manoeuvres) {
+            let mut wider = *covariance;
+            let extra = manoeuvre.extra(&self.noise);
+            add_noise(&mut wider, &self.sight, &extra, self.dt_s);
+            let (corrected, _) = correct(state, &wider, vectors, self.sensor_scale);
+            mixture.join(number, odds[number], &corrected);
+        }
+        let blunt = |scale| scale * hypotheses.outlier_variance;
+        let scale = self.sensor_scale.map(blunt);
+        let (corrected, _) = correct(state, covariance, vectors, scale);
+        mixture.join(OUTLIER, odds[OUTLIER], &corrected);
+        (mixture, whitened)
+    }
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 //! and Kirubarajan 2001, section 10.3.2). The range-rate's Hessian by position alone is left out:
 //! it is smaller by the ratio of the speed to the range.
 
-use super::motion::{Covariance, State};
+use super::state::{Covariance, State};
 use crate::radar::HORIZONTAL_FLOOR_M2;
 use crate::scalar::Scalar;
 

@@ -1,44 +1,60 @@
 //! Where and how fast targets are that the model was trained for.
 
-use super::motion::State;
-use super::population::Population;
+use super::state::State;
 
-/// Deviations of the population's speed and acceleration that count as inside: flights are played
-/// faster and stretched in training, so their tails are long.
-const MOTION_SIGMAS: f32 = 5.5;
-/// Deviations of the population's range and elevation that count as its volume.
-const PLACE_SIGMAS: f32 = 3.0;
+/// What a model was trained for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds<S> {
+    /// Largest speed, m/s.
+    pub speed_max_mps: S,
+    /// Largest acceleration, m/s^2.
+    pub acceleration_max_mps2: S,
+    /// Least and largest range, m.
+    pub range_m: [S; 2],
+    /// Least and largest elevation, rad.
+    pub elevation_rad: [S; 2],
+}
 
-/// The bounds of a model, from its blob's population.
+impl Bounds<f64> {
+    /// Small drones within 100 m, nearly anywhere.
+    pub const PAPER: Self = Self {
+        speed_max_mps: 16.0,
+        acceleration_max_mps2: 25.0,
+        range_m: [3.0, 100.0],
+        elevation_rad: [-1.45, 1.571],
+    };
+
+    /// Drones of up to 25 m/s at 0.3 to 3 km, with room.
+    pub const COUNTER_UAS: Self = Self {
+        speed_max_mps: 45.0,
+        acceleration_max_mps2: 40.0,
+        range_m: [100.0, 4000.0],
+        elevation_rad: [-0.2, 1.2],
+    };
+}
+
+/// The bounds of a model, as they are asked for at every step.
 #[derive(Clone, Copy, Debug)]
 pub struct Envelope {
     /// Largest speed, m/s.
     pub speed_max_mps: f32,
     /// Largest acceleration, m/s^2.
     pub acceleration_max_mps2: f32,
-    /// Least and largest range, m.
-    pub range_m: [f32; 2],
+    range_m: [f32; 2],
     /// Least and largest sine of the elevation.
     elevation_sine: [f32; 2],
 }
 
 impl Envelope {
-    /// The envelope of a population.
-    pub fn of(population: &Population<f32>) -> Self {
-        let p = population;
-        let horizontal = p.horizontal_sigma_mps * p.horizontal_sigma_mps;
-        let vertical = p.vertical_sigma_mps * p.vertical_sigma_mps;
-        let speed_sigma = libm::sqrtf(2.0 * horizontal + vertical);
-        let between = |mean: f32, sigma: f32| {
-            let reach = PLACE_SIGMAS * sigma;
-            [mean - reach, mean + reach]
-        };
+    /// The envelope that a blob's bounds make.
+    pub fn of(bounds: &Bounds<f32>) -> Self {
         let right_angle = core::f32::consts::FRAC_PI_2;
         Self {
-            speed_max_mps: MOTION_SIGMAS * speed_sigma,
-            acceleration_max_mps2: MOTION_SIGMAS * libm::sqrtf(3.0) * p.acceleration_sigma_mps2,
-            range_m: between(p.range_m, p.range_sigma_m),
-            elevation_sine: between(p.elevation_rad, p.elevation_sigma_rad)
+            speed_max_mps: bounds.speed_max_mps,
+            acceleration_max_mps2: bounds.acceleration_max_mps2,
+            range_m: bounds.range_m,
+            elevation_sine: bounds
+                .elevation_rad
                 .map(|angle| libm::sinf(angle.clamp(-right_angle, right_angle))),
         }
     }
@@ -68,14 +84,11 @@ mod tests {
     use super::*;
 
     fn envelope() -> Envelope {
-        Envelope::of(&Population {
-            range_m: 30.0,
-            range_sigma_m: 5.0,
-            elevation_rad: 0.5,
-            elevation_sigma_rad: 0.1,
-            horizontal_sigma_mps: 1.0,
-            vertical_sigma_mps: 0.5,
-            acceleration_sigma_mps2: 2.0,
+        Envelope::of(&Bounds {
+            speed_max_mps: 8.25,
+            acceleration_max_mps2: 19.05,
+            range_m: [15.0, 45.0],
+            elevation_rad: [0.2, 0.8],
         })
     }
 
@@ -95,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn the_volume_ends_at_three_deviations() {
+    fn the_volume_ends_where_it_is_said_to() {
         let envelope = envelope();
         for (range, elevation, inside) in [
             (30.0, 0.5, true),
@@ -115,9 +128,8 @@ mod tests {
     }
 
     #[test]
-    fn the_motion_ends_at_five_and_a_half_deviations() {
+    fn the_motion_ends_where_it_is_said_to() {
         let envelope = envelope();
-        // sqrt(1 + 1 + 0.25) = 1.5 m/s, sqrt(3) 2 m/s^2.
         for (speed, acceleration, inside) in [
             (0.0, 0.0, true),
             (8.2, 0.0, true),

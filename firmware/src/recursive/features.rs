@@ -4,8 +4,8 @@
 //! change when everything turns about the vertical.
 
 use super::memory::{MEAN_TIMES_S, Memory, NOTES};
-use super::motion::{Covariance, State};
 use super::sight::LineOfSight;
+use super::state::{Covariance, State};
 use crate::scalar::Scalar;
 
 /// Features, the network's notes included.

@@ -1,5 +1,6 @@
 //! What the recursive tracker remembers beside its state: statistics that the network reads.
 
+use super::hypotheses::HYPOTHESES;
 use crate::measurement::Vectors;
 use crate::scalar::Scalar;
 
@@ -32,6 +33,8 @@ pub struct Memory<S> {
     pub velocity_means: [[S; 3]; MEANS],
     /// Running means of the network's notes.
     pub notes: [S; NOTES],
+    /// Steps that were explained by each hypothesis, in parts.
+    pub counts: [S; HYPOTHESES],
 }
 
 impl<S: Scalar> Memory<S> {
@@ -48,6 +51,7 @@ impl<S: Scalar> Memory<S> {
             age_s: zero,
             velocity_means: [velocity; MEANS],
             notes: [zero; NOTES],
+            counts: [zero; HYPOTHESES],
         }
     }
 
@@ -63,6 +67,13 @@ impl<S: Scalar> Memory<S> {
             self.squares[i] = blend(self.squares[i], (y * y).min(c(25.0)), c(0.1));
             self.ln_sigmas[i] =
                 present * vectors.sigmas[i].ln() + (c(1.0) - present) * self.ln_sigmas[i];
+        }
+    }
+
+    /// Counts which hypotheses explained a step, in parts.
+    pub fn explained(&mut self, shares: [S; HYPOTHESES]) {
+        for (count, share) in self.counts.iter_mut().zip(shares) {
+            *count = *count + share;
         }
     }
 

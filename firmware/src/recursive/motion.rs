@@ -13,14 +13,11 @@
 //!
 //! The noise is that of white jerk, white acceleration and white velocity, integrated over `dt`.
 
+use super::densities::Densities;
 use super::schedule::Schedule;
 use super::sight::LineOfSight;
+use super::state::{Covariance, State};
 use crate::scalar::Scalar;
-
-/// Position (m), velocity (m/s), acceleration (m/s^2); east, north, up each.
-pub type State<S> = [S; 9];
-/// Covariance of a [`State`].
-pub type Covariance<S> = [[S; 9]; 9];
 
 /// The transition's entries that are neither zero nor one.
 struct Transition<S> {
@@ -91,27 +88,22 @@ pub fn predict<S: Scalar>(
         let values = transition.apply(&core::array::from_fn(|column| half[column][row]));
         spread[row][..=row].copy_from_slice(&values[..=row]);
     }
-    add_noise(&mut spread, sight, schedule, dt_s);
-    for row in 0..9 {
-        for column in 0..row {
-            spread[column][row] = spread[row][column];
-        }
-    }
+    add_noise(&mut spread, sight, &schedule.noise, dt_s);
     (moved, spread)
 }
 
-/// Adds the process noise to the lower triangle.
-fn add_noise<S: Scalar>(
+/// Adds process noise to the lower triangle, and makes the upper one its mirror image.
+pub fn add_noise<S: Scalar>(
     covariance: &mut Covariance<S>,
     sight: &LineOfSight<S>,
-    schedule: &Schedule<S>,
+    noise: &Densities<S>,
     dt_s: S,
 ) {
     let constant = S::constant;
     let dt2 = dt_s * dt_s;
     let dt3 = dt2 * dt_s;
-    let jerk = sight.world_covariance(schedule.jerk_noise);
-    let acceleration = sight.world_covariance(schedule.acceleration_noise);
+    let jerk = sight.world_covariance(noise.jerk);
+    let acceleration = sight.world_covariance(noise.acceleration);
     // Blocks (position, velocity, acceleration) of the integrals of white jerk and acceleration.
     let blocks = [
         (0, 0, dt2 * dt3 / constant(20.0), dt3 / constant(3.0)),
@@ -137,7 +129,12 @@ fn add_noise<S: Scalar>(
         }
     }
     for axis in 0..3 {
-        covariance[axis][axis] = covariance[axis][axis] + schedule.velocity_noise * dt_s;
+        covariance[axis][axis] = covariance[axis][axis] + noise.velocity * dt_s;
+    }
+    for row in 0..9 {
+        for column in 0..row {
+            covariance[column][row] = covariance[row][column];
+        }
     }
 }
 

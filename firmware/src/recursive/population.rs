@@ -1,6 +1,5 @@
 //! What a recursive blob says about targets before anything is measured, and its base model.
 
-use crate::blob::{Floats, field::RECURSIVE_PARAMETERS};
 use crate::scalar::Scalar;
 
 /// Where and how fast targets are before any measurement.
@@ -20,6 +19,14 @@ pub struct Population<S> {
     pub vertical_sigma_mps: S,
     /// Standard deviation of each acceleration, m/s^2.
     pub acceleration_sigma_mps2: S,
+    /// Mean horizontal range, m.
+    pub horizontal_m: S,
+    /// Its standard deviation, m.
+    pub horizontal_sigma_m: S,
+    /// Mean height over the radar, m.
+    pub height_m: S,
+    /// Its standard deviation, m.
+    pub height_sigma_m: S,
 }
 
 /// The motion model that a network answering zero schedules: a Singer model.
@@ -45,7 +52,29 @@ impl Population<f64> {
         horizontal_sigma_mps: 1.6,
         vertical_sigma_mps: 0.5,
         acceleration_sigma_mps2: 2.0,
+        horizontal_m: 29.5,
+        horizontal_sigma_m: 7.0,
+        height_m: 14.5,
+        height_sigma_m: 5.0,
     };
+
+    /// The same for another scalar.
+    pub fn known<S: Scalar>(&self) -> Population<S> {
+        let c = S::constant;
+        Population {
+            range_m: c(self.range_m),
+            range_sigma_m: c(self.range_sigma_m),
+            elevation_rad: c(self.elevation_rad),
+            elevation_sigma_rad: c(self.elevation_sigma_rad),
+            horizontal_sigma_mps: c(self.horizontal_sigma_mps),
+            vertical_sigma_mps: c(self.vertical_sigma_mps),
+            acceleration_sigma_mps2: c(self.acceleration_sigma_mps2),
+            horizontal_m: c(self.horizontal_m),
+            horizontal_sigma_m: c(self.horizontal_sigma_m),
+            height_m: c(self.height_m),
+            height_sigma_m: c(self.height_sigma_m),
+        }
+    }
 }
 
 impl Base<f64> {
@@ -68,61 +97,9 @@ impl Base<f64> {
     }
 }
 
-/// Both from a recursive blob's parameters, which are their fields in order.
-pub fn read<S: From<f32>>(parameters: Floats<'_>) -> (Population<S>, Base<S>) {
-    let p = |index| S::from(parameters.get(index));
-    let population = Population {
-        range_m: p(0),
-        range_sigma_m: p(1),
-        elevation_rad: p(2),
-        elevation_sigma_rad: p(3),
-        horizontal_sigma_mps: p(4),
-        vertical_sigma_mps: p(5),
-        acceleration_sigma_mps2: p(6),
-    };
-    let base = Base {
-        decay_hz: p(7),
-        jerk_noise: p(8),
-        acceleration_noise: p(9),
-        velocity_noise: p(10),
-    };
-    (population, base)
-}
-
-/// A recursive blob's parameters in their order, the inverse of [`read`].
-pub fn parameters(population: &Population<f64>, base: &Base<f64>) -> [f32; RECURSIVE_PARAMETERS] {
-    [
-        population.range_m,
-        population.range_sigma_m,
-        population.elevation_rad,
-        population.elevation_sigma_rad,
-        population.horizontal_sigma_mps,
-        population.vertical_sigma_mps,
-        population.acceleration_sigma_mps2,
-        base.decay_hz,
-        base.jerk_noise,
-        base.acceleration_noise,
-        base.velocity_noise,
-    ]
-    .map(|value| value as f32)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn parameters_come_back() {
-        let list = parameters(&Population::PAPER, &Base::DRONE);
-        let mut draft = crate::blob::draft::Draft::recursive(3);
-        draft.parameters = list.to_vec();
-        let bytes = draft.bytes();
-        let blob = crate::blob::Blob::parse(&bytes).expect("a blob");
-        let (population, base) = read::<f64>(blob.parameters());
-        assert_eq!(parameters(&population, &base), list);
-        assert_eq!(population.range_m, 33.5);
-        assert!((base.velocity_noise - 1e-4).abs() < 1e-10);
-    }
 
     #[test]
     fn a_base_is_known_to_every_scalar() {

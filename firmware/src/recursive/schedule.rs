@@ -1,14 +1,18 @@
 //! The motion model that the network's outputs stand for during one prediction.
 
+use super::densities::Densities;
+use super::factor::FACTOR_OUTPUTS;
 use super::memory::NOTES;
 use super::population::Base;
 use crate::blob::field::RECURSIVE_OUTPUTS;
 use crate::scalar::Scalar;
 
-/// Outputs of the network that schedule the motion model; its memory follows them.
+/// Outputs of the network that schedule the motion model; the factor follows them.
 pub const SCHEDULE: usize = 17;
-/// Outputs of the network: the schedule, then its notes to itself.
-pub const OUTPUTS: usize = SCHEDULE + NOTES;
+/// First of the outputs that are notes of the network to itself.
+pub const NOTE_OUTPUT: usize = SCHEDULE + FACTOR_OUTPUTS;
+/// Outputs of the network: the schedule, the factor, then its notes to itself.
+pub const OUTPUTS: usize = NOTE_OUTPUT + NOTES;
 const _: () = assert!(OUTPUTS == RECURSIVE_OUTPUTS);
 /// Scale from an output to a mean jerk, m/s^3.
 pub const JERK_SCALE: f64 = 2.0;
@@ -32,12 +36,8 @@ pub struct Schedule<S> {
     pub turn_radps: S,
     /// Mean jerk, m/s^3.
     pub jerk_mps3: [S; 3],
-    /// Spectral density of white jerk, m^2/s^5.
-    pub jerk_noise: [S; 3],
-    /// Spectral density of white acceleration, m^2/s^3.
-    pub acceleration_noise: [S; 3],
-    /// Spectral density of white velocity, m^2/s.
-    pub velocity_noise: S,
+    /// Process noise.
+    pub noise: Densities<S>,
     /// What the sensor's stated variances are multiplied with: angles, range, range-rate.
     pub sensor_scale: [S; 3],
 }
@@ -52,9 +52,11 @@ impl<S: Scalar> Schedule<S> {
             damping_hz2: [zero; 2],
             turn_radps: zero,
             jerk_mps3: [zero; 3],
-            jerk_noise: [base.jerk_noise * S::constant(WIDE_JERK_NOISE); 3],
-            acceleration_noise: [base.acceleration_noise; 3],
-            velocity_noise: base.velocity_noise,
+            noise: Densities {
+                jerk: [base.jerk_noise * S::constant(WIDE_JERK_NOISE); 3],
+                acceleration: [base.acceleration_noise; 3],
+                velocity: base.velocity_noise,
+            },
             sensor_scale: [S::constant(1.0); 3],
         }
     }
@@ -74,9 +76,11 @@ impl<S: Scalar> Schedule<S> {
             jerk_mps3: core::array::from_fn(|axis| {
                 c(JERK_SCALE) * outputs[JERK_OUTPUT + axis].clamp(-10.0, 10.0)
             }),
-            jerk_noise: noise(JERK_NOISE_OUTPUT, base.jerk_noise),
-            acceleration_noise: noise(10, base.acceleration_noise),
-            velocity_noise: scaled(13, 7.0, base.velocity_noise),
+            noise: Densities {
+                jerk: noise(JERK_NOISE_OUTPUT, base.jerk_noise),
+                acceleration: noise(10, base.acceleration_noise),
+                velocity: scaled(13, 7.0, base.velocity_noise),
+            },
             sensor_scale: core::array::from_fn(|i| scaled(14 + i, 2.0, c(1.0))),
         }
     }
@@ -90,12 +94,12 @@ mod tests {
     fn zero_outputs_are_the_base() {
         let schedule = Schedule::read(&[0.0; SCHEDULE], &Base::DRONE);
         assert_eq!(schedule.decay_hz, Base::DRONE.decay_hz);
-        assert_eq!(schedule.jerk_noise, [Base::DRONE.jerk_noise; 3]);
+        assert_eq!(schedule.noise.jerk, [Base::DRONE.jerk_noise; 3]);
         assert_eq!(
-            schedule.acceleration_noise,
+            schedule.noise.acceleration,
             [Base::DRONE.acceleration_noise; 3]
         );
-        assert_eq!(schedule.velocity_noise, Base::DRONE.velocity_noise);
+        assert_eq!(schedule.noise.velocity, Base::DRONE.velocity_noise);
         assert_eq!(schedule.jerk_mps3, [0.0; 3]);
         assert_eq!(schedule.turn_radps, 0.0);
         assert_eq!(schedule.sensor_scale, [1.0; 3]);
@@ -116,12 +120,12 @@ mod tests {
             list[3] = s.turn_radps;
             for axis in 0..3 {
                 list[4 + axis] = s.jerk_mps3[axis] / 2.0;
-                list[7 + axis] = (s.jerk_noise[axis] / Base::DRONE.jerk_noise).ln();
-                let noise = s.acceleration_noise[axis] / Base::DRONE.acceleration_noise;
+                list[7 + axis] = (s.noise.jerk[axis] / Base::DRONE.jerk_noise).ln();
+                let noise = s.noise.acceleration[axis] / Base::DRONE.acceleration_noise;
                 list[10 + axis] = noise.ln();
                 list[14 + axis] = s.sensor_scale[axis].ln();
             }
-            list[13] = (s.velocity_noise / Base::DRONE.velocity_noise).ln();
+            list[13] = (s.noise.velocity / Base::DRONE.velocity_noise).ln();
             list
         };
         for output in 0..SCHEDULE {
@@ -143,7 +147,7 @@ mod tests {
             assert_eq!(schedule.decay_hz, (3.0 * sign).exp());
             assert_eq!(schedule.turn_radps, 6.0 * sign);
             assert_eq!(schedule.jerk_mps3, [20.0 * sign; 3]);
-            assert!((schedule.jerk_noise[2] / (7.0 * sign).exp() - 3.0).abs() < 1e-12);
+            assert!((schedule.noise.jerk[2] / (7.0 * sign).exp() - 3.0).abs() < 1e-12);
             assert!((schedule.sensor_scale[0] / (2.0 * sign).exp() - 1.0).abs() < 1e-12);
             let damping = (1.0 + (5.0 * sign - 3.0).exp()).ln();
             assert!((schedule.damping_hz2[1] - damping).abs() < 1e-12);

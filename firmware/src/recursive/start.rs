@@ -1,7 +1,7 @@
 //! The state after the first measurement, fused with what is known of the population.
 
-use super::motion::{Covariance, State};
 use super::population::Population;
+use super::state::{Covariance, State};
 use crate::ekf::NOISE_MIN_PART;
 use crate::measurement::Vectors;
 use crate::radar::position;

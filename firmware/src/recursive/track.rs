@@ -1,16 +1,19 @@
 //! The filter's state at one time, and what it means to be sound.
 
-use super::correction::correct;
+use super::correction::{Interval, correct};
+use super::factor::Factor;
+use super::hypotheses::{Hypotheses, Mixture};
 use super::memory::Memory;
-use super::motion::{Covariance, State, predict};
+use super::motion::predict;
 use super::population::{Base, Population};
 use super::schedule::Schedule;
 use super::sight::LineOfSight;
 use super::start::start;
+use super::state::{Covariance, State};
 use crate::cholesky::make_definite;
 use crate::clock::seconds_between;
 use crate::ekf::Corrected;
-use crate::estimate::{Estimate, Mode, Motion, NIS_MAX, POSITION_SIGMA_MAX_M};
+use crate::estimate::{Doubt, Estimate, Mode, Motion, NIS_MAX, POSITION_SIGMA_MAX_M};
 use crate::measurement::{Channel, Measurement, RANGE_MAX_M, Vectors};
 use crate::step_error::StepError;
 
@@ -99,6 +102,32 @@ impl Track {
             predict(&self.state, &self.covariance, sight, schedule, dt_s);
     }
 
+    /// Fuses what the network says of the state with the prediction.
+    pub fn fuse(&mut self, factor: &Factor<f32>, population: &Population<f32>, dt_s: f32) {
+        factor.fuse(&mut self.state, &mut self.covariance, population, dt_s);
+    }
+
+    /// Doubts a prediction that no measurement follows.
+    pub fn doubt(&mut self, interval: &Interval<f32>, hypotheses: &Hypotheses<f32>) {
+        let odds = hypotheses.odds(&self.memory.counts);
+        interval.doubt(&mut self.covariance, hypotheses, &odds);
+    }
+
+    /// What a measurement makes of the prediction over `interval` under all hypotheses, and its
+    /// whitened innovations; `None` where single precision overflows, or rounding spoils it.
+    pub fn weighed(
+        &self,
+        vectors: &Vectors<f32>,
+        interval: &Interval<f32>,
+        hypotheses: &Hypotheses<f32>,
+    ) -> Option<(Mixture<f32>, [f32; 4])> {
+        let odds = hypotheses.odds(&self.memory.counts);
+        let (mixture, whitened) =
+            interval.weigh(&self.state, &self.covariance, vectors, hypotheses, &odds);
+        mixture.corrected.checked().ok()?;
+        Some((mixture, whitened))
+    }
+
     /// Moves the track to `time_us` in one part under the model for motion that none was trained
     /// for.
     pub fn drift(&mut self, time_us: u64, base: &Base<f32>) {
@@ -140,7 +169,7 @@ impl Track {
     }
 
     /// The track as an estimate.
-    pub fn estimate(&self, nis: f32, mode: Mode, outside: bool) -> Estimate {
+    pub fn estimate(&self, nis: f32, mode: Mode, outside: bool, doubt: Doubt) -> Estimate {
         let covariance = &self.covariance;
         Estimate {
             time_us: self.time_us,
@@ -149,6 +178,7 @@ impl Track {
             nis: nis.min(NIS_MAX),
             mode,
             outside,
+            doubt,
             motion: Some(Motion {
                 velocity_mps: self.velocity(),
                 acceleration_mps2: core::array::from_fn(|i| self.state[6 + i]),
@@ -171,6 +201,10 @@ mod tests {
         horizontal_sigma_mps: 1.6,
         vertical_sigma_mps: 0.5,
         acceleration_sigma_mps2: 2.0,
+        horizontal_m: 29.0,
+        horizontal_sigma_m: 7.0,
+        height_m: 13.0,
+        height_sigma_m: 5.0,
     };
     const BASE: Base<f32> = Base {
         decay_hz: 1.0,
@@ -289,7 +323,7 @@ mod tests {
         track.take(&corrected);
         assert_eq!(track.used, 2);
         assert!(track.covariance[0][0] < before);
-        let estimate = track.estimate(f32::MAX, Mode::Tracking, true);
+        let estimate = track.estimate(f32::MAX, Mode::Tracking, true, Doubt::OUTLIER);
         assert_eq!(estimate.nis, NIS_MAX);
         assert_eq!(
             (estimate.mode, estimate.outside, estimate.time_us),

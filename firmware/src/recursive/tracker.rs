@@ -1,16 +1,19 @@
 //! The filter around the network: start, predict, gate, correct, agree, settle.
 
 use super::candidate::{AGREEING, Candidate, Verdict};
-use super::correction::GATE_NIS;
+use super::correction::{GATE_NIS, Interval};
 use super::envelope::Envelope;
+use super::factor::Factor;
 use super::features::{FEATURE_LIMIT, FEATURES, features};
+use super::hypotheses::Mixture;
 use super::memory::NOTES;
-use super::population::{Base, Population, read};
-use super::schedule::{JERK_OUTPUT, JERK_SCALE, OUTPUTS, SCHEDULE, Schedule};
+use super::parameters::Parameters;
+use super::population::Population;
+use super::schedule::{JERK_OUTPUT, JERK_SCALE, NOTE_OUTPUT, OUTPUTS, SCHEDULE, Schedule};
 use super::track::Track;
 use crate::blob::Blob;
 use crate::clock::seconds_between;
-use crate::estimate::{Estimate, Mode, NIS_MAX};
+use crate::estimate::{Doubt, Estimate, Mode, NIS_MAX};
 use crate::measurement::{Measurement, Vectors};
 use crate::network::monte_carlo::separate_moments;
 use crate::network::{Network, Scratch};
@@ -23,6 +26,8 @@ const INTERVAL_MAX_S: f32 = 0.25;
 /// After a longer silence the network is not asked any more, and the next measurement starts the
 /// filter anew, s. With [`INTERVAL_MAX_S`] it bounds the network's work in one call.
 const SILENCE_MAX_S: f32 = 10.0;
+/// Probability of being wrong from which a measurement that is used counts as one that is not.
+const SUSPECT: f32 = 0.5;
 /// Whitened innovations of rejected measurements are remembered within this many deviations.
 const WHITENED_MAX: f32 = 1e3;
 
@@ -30,22 +35,20 @@ const WHITENED_MAX: f32 = 1e3;
 pub(crate) struct Recursive<'a> {
     blob: Blob<'a>,
     settings: Settings,
-    population: Population<f32>,
-    base: Base<f32>,
+    parameters: Parameters<f32>,
     envelope: Envelope,
     rng: Generator,
     scratch: Scratch,
     track: Option<Track>,
-    /// Measurements in a row that the track rejected.
+    /// Measurements in a row that the track rejected or suspected.
     rejections: u8,
     candidate: Option<Candidate>,
 }
 
 /// What one answer of the network means after the prediction.
 struct Step {
-    interval_s: f32,
-    /// For the correction: see [`Schedule::sensor_scale`].
-    sensor_scale: [f32; 3],
+    /// For the correction.
+    interval: Interval<f32>,
     /// For the memory, once the velocity after the correction is known.
     notes: [f32; NOTES],
 }
@@ -53,12 +56,12 @@ struct Step {
 impl Step {
     /// Lets a track remember the step.
     fn remember(&self, track: &mut Track, used: bool) {
-        if self.interval_s > 0.0 {
+        if self.interval.dt_s > 0.0 {
             let used = f32::from(u8::from(used));
             let velocity = track.velocity();
             track
                 .memory
-                .stepped(self.interval_s, used, velocity, &self.notes);
+                .stepped(self.interval.dt_s, used, velocity, &self.notes);
         }
     }
 }
@@ -66,13 +69,12 @@ impl Step {
 impl<'a> Recursive<'a> {
     /// A tracker that has seen nothing yet; `settings` fit the blob.
     pub fn new(blob: Blob<'a>, settings: Settings) -> Self {
-        let (population, base) = read(blob.parameters());
+        let parameters = Parameters::read(blob.parameters());
         Self {
             blob,
             settings,
-            population,
-            base,
-            envelope: Envelope::of(&population),
+            envelope: Envelope::of(&parameters.bounds),
+            parameters,
             rng: seeded(settings.seed),
             scratch: Scratch::new(),
             track: None,
@@ -105,40 +107,59 @@ impl<'a> Recursive<'a> {
         }
         let (mut track, step) = self.predicted(track, measurement.time_us)?;
         let vectors = Vectors::from(measurement);
+        let hypotheses = &self.parameters.hypotheses;
         let mut nis = NIS_MAX;
-        if let Some((corrected, whitened)) = track.corrected(&vectors, step.sensor_scale) {
-            nis = corrected.nis;
+        if let Some((mixture, whitened)) = track.weighed(&vectors, &step.interval, hypotheses) {
+            nis = mixture.corrected.nis;
             let whitened = whitened.map(|y| y.clamp(-WHITENED_MAX, WHITENED_MAX));
             track.memory.measured(whitened, &vectors);
-            if nis < GATE_NIS as f32 {
-                track.take(&corrected);
-                if track.settle() {
-                    step.remember(&mut track, true);
-                    self.track = Some(track);
-                    self.rejections = 0;
-                    return self.estimate(nis, Mode::Tracking);
+            if mixture.nis_least < GATE_NIS as f32 {
+                track.take(&mixture.corrected);
+                track.memory.explained(mixture.shares);
+                if !track.settle() {
+                    return self.start(measurement, Mode::Restarted);
                 }
-                return self.start(measurement, Mode::Restarted);
+                step.remember(&mut track, true);
+                self.track = Some(track);
+                return self.used(measurement, &mixture);
             }
         }
+        track.doubt(&step.interval, hypotheses);
         if !track.settle() {
             return self.start(measurement, Mode::Restarted);
         }
         step.remember(&mut track, false);
         self.track = Some(track);
-        self.rejections = self.rejections.saturating_add(1);
-        let mode = if self.is_replaced(measurement) {
+        let mode = if self.is_suspected(measurement) {
             Mode::Restarted
         } else {
             Mode::Rejected
         };
-        self.estimate(nis, mode)
+        self.estimate(nis, mode, Doubt::OUTLIER)
+    }
+
+    /// The estimate from a measurement that the track took in. One that is probably wrong hardly
+    /// moved the track, and may be another target: the candidate sees it as well.
+    fn used(
+        &mut self,
+        measurement: &Measurement,
+        mixture: &Mixture<f32>,
+    ) -> Result<Estimate, StepError> {
+        let doubt = mixture.doubt();
+        let mut mode = Mode::Tracking;
+        if doubt.outlier < SUSPECT {
+            self.rejections = 0;
+        } else if self.is_suspected(measurement) {
+            mode = Mode::Restarted;
+        }
+        self.estimate(mixture.corrected.nis, mode, doubt)
     }
 
     /// The estimate at `time_us` without a measurement.
     pub fn coast(&mut self, time_us: u64) -> Result<Estimate, StepError> {
         let track = self.track.ok_or(StepError::NotStarted)?;
         let (mut track, step) = self.predicted(track, time_us)?;
+        track.doubt(&step.interval, &self.parameters.hypotheses);
         if !track.settle() {
             self.forget();
             return Err(StepError::Lost);
@@ -146,22 +167,27 @@ impl<'a> Recursive<'a> {
         track.memory.missed();
         step.remember(&mut track, false);
         self.track = Some(track);
-        self.estimate(0.0, Mode::Coasting)
+        self.estimate(0.0, Mode::Coasting, Doubt::NONE)
     }
 
     fn start(&mut self, measurement: &Measurement, mode: Mode) -> Result<Estimate, StepError> {
-        let track = Track::start(measurement, &self.population)?;
+        let track = Track::start(measurement, &self.parameters.population)?;
         self.forget();
         self.track = Some(track);
-        self.estimate(0.0, mode)
+        self.estimate(0.0, mode, Doubt::NONE)
     }
 
-    /// Shows the candidate a measurement that the track rejected; true when it took over.
+    /// Shows the candidate a measurement that the track does not explain; true when the candidate
+    /// took over.
     // Rare, and its second track would weigh on the stack of every step.
     #[inline(never)]
-    fn is_replaced(&mut self, measurement: &Measurement) -> bool {
+    fn is_suspected(&mut self, measurement: &Measurement) -> bool {
+        self.rejections = self.rejections.saturating_add(1);
         let verdict = match &mut self.candidate {
-            Some(candidate) => candidate.meet(measurement, &self.base, &self.population),
+            Some(candidate) => {
+                let p = &self.parameters;
+                candidate.meet(measurement, &p.base, &p.population)
+            }
             None => Verdict::Over,
         };
         if verdict == Verdict::Over {
@@ -188,16 +214,16 @@ impl<'a> Recursive<'a> {
             horizontal_sigma_mps: self.envelope.speed_max_mps,
             vertical_sigma_mps: self.envelope.speed_max_mps,
             acceleration_sigma_mps2: 0.5 * self.envelope.acceleration_max_mps2,
-            ..self.population
+            ..self.parameters.population
         }
     }
 
     /// The present track as an estimate; there is one.
-    fn estimate(&self, nis: f32, mode: Mode) -> Result<Estimate, StepError> {
+    fn estimate(&self, nis: f32, mode: Mode, doubt: Doubt) -> Result<Estimate, StepError> {
         let track = self.track.as_ref().ok_or(StepError::NotStarted)?;
         let outside =
             !(self.envelope.holds_motion(&track.state) && self.envelope.holds_place(&track.state));
-        Ok(track.estimate(nis, mode, outside))
+        Ok(track.estimate(nis, mode, outside, doubt))
     }
 
     /// The track at `time_us` before any correction, not settled yet, with what is still to be
@@ -210,9 +236,15 @@ impl<'a> Recursive<'a> {
             parts += 1;
         }
         let interval_s = dt_s / f32::from(parts);
+        let p = self.parameters;
+        let wide = Schedule::wide(&p.base);
         let mut step = Step {
-            interval_s,
-            sensor_scale: [1.0; 3],
+            interval: Interval {
+                sight: track.sight(),
+                noise: wide.noise,
+                sensor_scale: wide.sensor_scale,
+                dt_s: interval_s,
+            },
             notes: [0.0; NOTES],
         };
         if interval_s <= 0.0 {
@@ -220,18 +252,19 @@ impl<'a> Recursive<'a> {
         }
         for part in 0..parts {
             if part > 0 {
+                track.doubt(&step.interval, &p.hypotheses);
                 track.memory.missed();
                 step.remember(&mut track, false);
             }
             let sight = track.sight();
+            let mut factor = None;
+            step.notes = [0.0; NOTES];
             let schedule = if !self.envelope.holds_motion(&track.state) {
-                step.notes = [0.0; NOTES];
-                Schedule::wide(&self.base)
+                wide
             } else if track.memory.coast_s > SILENCE_MAX_S
                 || !self.envelope.holds_place(&track.state)
             {
-                step.notes = [0.0; NOTES];
-                Schedule::read(&[0.0; OUTPUTS], &self.base)
+                Schedule::read(&[0.0; OUTPUTS], &p.base)
             } else {
                 let inputs = features(
                     &track.state,
@@ -248,17 +281,26 @@ impl<'a> Recursive<'a> {
                 {
                     return Err(StepError::NetworkNotFinite);
                 }
-                step.notes.copy_from_slice(&outputs[SCHEDULE..]);
-                let mut schedule = Schedule::read(&outputs, &self.base);
-                for (noise, variance) in schedule.jerk_noise.iter_mut().zip(jerk_variance) {
+                step.notes.copy_from_slice(&outputs[NOTE_OUTPUT..]);
+                factor = Some(Factor::read(&outputs[SCHEDULE..NOTE_OUTPUT]));
+                let mut schedule = Schedule::read(&outputs, &p.base);
+                for (noise, variance) in schedule.noise.jerk.iter_mut().zip(jerk_variance) {
                     // A constant jerk of unknown size over the interval weighs like white jerk of
                     // this density.
                     *noise += variance * interval_s;
                 }
                 schedule
             };
-            step.sensor_scale = schedule.sensor_scale;
+            step.interval = Interval {
+                sight,
+                noise: schedule.noise,
+                sensor_scale: schedule.sensor_scale,
+                dt_s: interval_s,
+            };
             track.predict(&sight, &schedule, interval_s);
+            if let Some(factor) = factor {
+                track.fuse(&factor, &p.population, interval_s);
+            }
         }
         Ok((track, step))
     }

@@ -12,6 +12,7 @@ use crate::memoryless::provenance::path_beside;
 use crate::recursive::comparison::{Comparison, compare, table};
 use crate::recursive::model::{PASSES, RecursiveModel};
 use crate::recursive::network::sampling::Sampling;
+use crate::recursive::step::Weighing;
 use crate::recursive::provenance::Provenance;
 use crate::recursive::recipe::Recipe;
 use crate::recursive::scenario::Scenario;
@@ -44,6 +45,9 @@ pub struct RecursiveArgs {
     /// Which layers' weights are distributions; the others' are numbers
     #[arg(long, value_enum, default_value_t = Sampling::EveryLayer)]
     sampling: Sampling,
+    /// Hypotheses that the filter weighs while it is trained; the tracker always weighs all
+    #[arg(long, value_enum, default_value_t = Recipe::DEFAULT.weighing)]
+    weighing: Weighing,
     /// Weight of the distance, in standard deviations, beside the likelihood; 0 trains by likelihood
     /// alone
     #[arg(long, value_name = "WEIGHT", default_value_t = Recipe::DEFAULT.distance_weight, value_parser = weight)]
@@ -57,6 +61,7 @@ impl RecursiveArgs {
             ("--scenario", self.scenario != Scenario::Paper),
             ("--episodes", self.episodes.is_some()),
             ("--sampling", self.sampling != Sampling::EveryLayer),
+            ("--weighing", self.weighing != Recipe::DEFAULT.weighing),
             (
                 "--distance-weight",
                 self.distance_weight != Recipe::DEFAULT.distance_weight,
@@ -85,6 +90,7 @@ pub fn train(run: &Run<'_>, args: &RecursiveArgs) -> Result<Outcome, TrainError>
         seed: run.seed,
         episodes: args.episodes.unwrap_or(default.episodes),
         sampling: args.sampling,
+        weighing: args.weighing,
         distance_weight: args.distance_weight,
         ..default
     };

@@ -1,5 +1,6 @@
 //! New training flights from generated ones: other sizes, speeds, places, clocks and logs.
 
+use crate::flights::agile;
 use crate::flights::flight::{Flight, Sample};
 use crate::flights::volume::Volume;
 use crate::random_source::RandomSource;
@@ -22,6 +23,36 @@ pub struct Augmentation {
     pub recorded_share: f64,
     /// Share of flights sampled at another rate than their own.
     pub other_rate_share: f64,
+    /// Share of flights that are flown at the limits instead, under laws of their own.
+    pub agile_share: f64,
+    /// Share of flights that are played faster, up to `haste_max` times.
+    pub haste_share: f64,
+    /// Largest haste.
+    pub haste_max: f64,
+    /// Share of flights that are put anywhere around the radar, not only inside the volume.
+    pub elsewhere_share: f64,
+    /// Where that is.
+    pub elsewhere: Elsewhere,
+}
+
+/// Where a flight's centre may be beside the volume.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Elsewhere {
+    /// Least and largest range, m; drawn evenly in its logarithm.
+    pub range_m: [f64; 2],
+    /// Least and largest elevation, degrees; drawn evenly.
+    pub elevation_deg: [f64; 2],
+}
+
+impl Elsewhere {
+    fn draw(&self, random: &mut RandomSource) -> [f64; 3] {
+        let [nearest, farthest] = self.range_m.map(f64::ln);
+        let range_m = random.uniform(nearest, farthest).exp();
+        let [low, high] = self.elevation_deg.map(f64::to_radians);
+        let azimuth_rad = random.uniform(0.0, core::f64::consts::TAU);
+        bnkf::radar::position(range_m, random.uniform(low, high), azimuth_rad)
+    }
 }
 
 /// Fewest steps of a training flight.
@@ -36,6 +67,14 @@ impl Augmentation {
         ln_speed_sigma: 0.2,
         recorded_share: 0.3,
         other_rate_share: 0.1,
+        agile_share: 0.2,
+        haste_share: 0.08,
+        haste_max: 3.5,
+        elsewhere_share: 0.15,
+        elsewhere: Elsewhere {
+            range_m: [6.0, 95.0],
+            elevation_deg: [-80.0, 89.0],
+        },
     };
 
     /// Takes up to `steps` samples, `interval_s` apart, somewhere from `flight`.
@@ -52,10 +91,16 @@ impl Augmentation {
         } else {
             interval_s
         };
-        let speed = (self.ln_speed_sigma * random.normal())
-            .exp()
-            .clamp(0.5, 2.0)
-            .min(flight.duration_s() / (interval_s * (STEPS_MIN + 2) as f64));
+        let haste = if random.chance(self.haste_share) {
+            random.uniform(1.0, self.haste_max)
+        } else {
+            1.0
+        };
+        let speed = (haste
+            * (self.ln_speed_sigma * random.normal())
+                .exp()
+                .clamp(0.5, 2.0))
+        .min(flight.duration_s() / (interval_s * (STEPS_MIN + 2) as f64));
         // A short flight gives fewer steps.
         let longest = (flight.duration_s() / (speed * interval_s)) as usize;
         let steps = steps.min(longest.saturating_sub(2)).max(STEPS_MIN);
@@ -68,6 +113,18 @@ impl Augmentation {
         let recorded = clock[steps + 1] != (steps + 1) as f64;
         let spare_s = (flight.duration_s() - speed * wanted_s).max(0.0);
         let first_s = random.uniform(0.0, spare_s) + 0.5 * speed * interval_s;
+        let agile = random.chance(self.agile_share);
+        let flown;
+        let (flight, first_s, speed) = if agile {
+            flown = Flight {
+                name: flight.name.clone(),
+                source: flight.source.clone(),
+                samples: agile::fly(steps + 3, interval_s, random),
+            };
+            (&flown, 0.0, 1.0)
+        } else {
+            (flight, first_s, speed)
+        };
         let mut samples: Vec<Sample> = clock
             .iter()
             .enumerate()
@@ -78,7 +135,7 @@ impl Augmentation {
                 sample
             })
             .collect();
-        self.reshape(&mut samples, volume, random);
+        self.reshape(&mut samples, !agile, volume, random);
         if recorded {
             difference(&mut samples);
         }
@@ -93,10 +150,19 @@ impl Augmentation {
     }
 
     /// Scales, mirrors, turns and moves, with velocities to match.
-    fn reshape(&self, samples: &mut [Sample], volume: &Volume, random: &mut RandomSource) {
+    fn reshape(
+        &self,
+        samples: &mut [Sample],
+        scaled: bool,
+        volume: &Volume,
+        random: &mut RandomSource,
+    ) {
         let mut size = (self.ln_size_sigma * random.normal()).exp().clamp(0.5, 2.0);
         if random.chance(self.stretch_share) {
             size = random.uniform(1.0, self.stretch_max);
+        }
+        if !scaled {
+            size = 1.0;
         }
         let vertical = size.min(1.4);
         let (s, c) = random.uniform(0.0, core::f64::consts::TAU).sin_cos();
@@ -116,7 +182,11 @@ impl Augmentation {
         }
         let half: [f64; 3] = core::array::from_fn(|axis| 0.5 * (high[axis] - low[axis]));
         let centre: [f64; 3] = core::array::from_fn(|axis| low[axis] + half[axis]);
-        let target = place(half, volume, random);
+        let target = if random.chance(self.elsewhere_share) {
+            self.elsewhere.draw(random)
+        } else {
+            place(half, volume, random)
+        };
         for sample in samples.iter_mut() {
             for axis in 0..3 {
                 sample.position_m[axis] += target[axis] - centre[axis];

@@ -1,10 +1,11 @@
 //! What one flight carries from one filter step to the next, and its numbers in a row.
 
 use bnkf::measurement::Vectors;
+use bnkf::recursive::hypotheses::HYPOTHESES;
 use bnkf::recursive::memory::{MEANS, Memory, NOTES};
-use bnkf::recursive::motion::{Covariance, State};
 use bnkf::recursive::population::Population;
 use bnkf::recursive::start::start;
+use bnkf::recursive::state::{Covariance, State};
 use bnkf::scalar::Scalar;
 
 /// Position, velocity and acceleration, three numbers each.
@@ -14,7 +15,7 @@ pub const COVARIANCE: usize = STATE * (STATE + 1) / 2;
 /// Elevation, azimuth, range and range-rate.
 pub const MEASUREMENT: usize = 4;
 /// Numbers in a [`Carry`].
-pub const CARRY: usize = STATE + COVARIANCE + 4 * MEASUREMENT + 2 + 3 * MEANS + NOTES;
+pub const CARRY: usize = STATE + COVARIANCE + 4 * MEASUREMENT + 2 + 3 * MEANS + NOTES + HYPOTHESES;
 
 /// Filter state, its covariance and the statistics that the network reads.
 ///
@@ -60,6 +61,7 @@ impl<S: Scalar> Carry<S> {
         flat.extend([memory.coast_s, memory.age_s]);
         flat.extend(memory.velocity_means.iter().flatten());
         flat.extend(memory.notes);
+        flat.extend(memory.counts);
         flat
     }
 
@@ -93,6 +95,7 @@ impl<S: Scalar> Carry<S> {
                 age_s: next(),
                 velocity_means: core::array::from_fn(|_| core::array::from_fn(|_| next())),
                 notes: core::array::from_fn(|_| next()),
+                counts: core::array::from_fn(|_| next()),
             },
         }
     }

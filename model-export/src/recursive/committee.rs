@@ -4,21 +4,21 @@
 use super::encounter::Encounter;
 use super::model::RecursiveModel;
 use super::normalisation::Normalisation;
-use super::step::{advance, features_of};
+use super::step::{Weighing, advance, features_of};
 use bnkf::blob::Blob;
 use bnkf::cholesky::{cholesky, forward_substitute};
 use bnkf::network::monte_carlo::separate_moments;
 use bnkf::network::{Network, Scratch};
+use bnkf::recursive::parameters::Parameters;
 use bnkf::recursive::population::{Base, Population};
 use bnkf::recursive::schedule::{
-    JERK_NOISE_OUTPUT, JERK_OUTPUT, JERK_SCALE, OUTPUTS, SCHEDULE, Schedule,
+    JERK_NOISE_OUTPUT, JERK_OUTPUT, JERK_SCALE, NOTE_OUTPUT, OUTPUTS, Schedule,
 };
 use bnkf::rng::{Generator, seeded};
 
 /// Networks that share one filter. Each keeps its own notes.
 pub struct Committee<'b> {
-    population: Population<f64>,
-    base: Base<f64>,
+    parameters: Parameters<f64>,
     members: Vec<Member<'b>>,
     passes: u16,
 }
@@ -55,18 +55,18 @@ pub struct Followed {
 }
 
 impl<'b> Committee<'b> {
-    /// A committee of the networks of `blobs`; the first one's population and base model serve all.
+    /// A committee of the networks of `blobs`; the first one's parameters serve all.
     /// With more than one of `passes` every network gives that many sampled opinions.
     ///
     /// # Errors
     /// See [`CommitteeError`].
     pub fn new(blobs: &[Blob<'b>], passes: u16) -> Result<Self, CommitteeError> {
         let first = blobs.first().ok_or(CommitteeError::Empty)?;
-        let (population, base, _) =
+        let (parameters, _) =
             RecursiveModel::surroundings(first).ok_or(CommitteeError::OtherKind)?;
         let mut members = Vec::new();
         for blob in blobs {
-            let (_, _, normalisation) =
+            let (_, normalisation) =
                 RecursiveModel::surroundings(blob).ok_or(CommitteeError::OtherKind)?;
             members.extend(blob.networks().map(|view| Member {
                 normalisation: normalisation.clone(),
@@ -74,8 +74,7 @@ impl<'b> Committee<'b> {
             }));
         }
         Ok(Self {
-            population,
-            base,
+            parameters,
             members,
             passes,
         })
@@ -83,7 +82,7 @@ impl<'b> Committee<'b> {
 
     /// What is known before the first measurement.
     pub fn population(&self) -> &Population<f64> {
-        &self.population
+        &self.parameters.population
     }
 
     /// Follows a flight in the double-precision filter, which neither gates nor restarts. `seed` gives the sampled weights.
@@ -108,12 +107,12 @@ impl<'b> Committee<'b> {
                     let list = features_of(&own, arrival.dt_s);
                     let inputs = member.normalisation.apply(&list).map(|x| x as f32);
                     let opinion = sampler.ask(&member.network, &inputs);
-                    notes.noted(arrival.dt_s, &opinion.outputs[SCHEDULE..]);
+                    notes.noted(arrival.dt_s, &opinion.outputs[NOTE_OUTPUT..]);
                     opinion
                 })
                 .collect();
-            let (outputs, doubt) = joined(&opinions, &self.base, arrival.dt_s);
-            carry = advance(&carry, &outputs, arrival, &self.base);
+            let (outputs, doubt) = joined(&opinions, &self.parameters.base, arrival.dt_s);
+            carry = advance(&carry, &outputs, arrival, &self.parameters, Weighing::All);
             let block: [[f64; 3]; 3] =
                 core::array::from_fn(|i| core::array::from_fn(|j| carry.covariance[i][j]));
             let factor = cholesky(&block);
@@ -182,10 +181,10 @@ fn joined(opinions: &[Opinion], base: &Base<f64>, dt_s: f64) -> ([f64; OUTPUTS],
     let count = opinions.len() as f64;
     let mean = |value: &dyn Fn(&Opinion) -> f64| opinions.iter().map(value).sum::<f64>() / count;
     let mut outputs = [0.0; OUTPUTS];
-    for (i, output) in outputs[..SCHEDULE].iter_mut().enumerate() {
+    for (i, output) in outputs[..NOTE_OUTPUT].iter_mut().enumerate() {
         *output = mean(&|opinion| opinion.outputs[i]);
     }
-    let scheduled = Schedule::read(&outputs, base).jerk_noise;
+    let scheduled = Schedule::read(&outputs, base).noise.jerk;
     let mut doubt = Doubt {
         jerk_variance: 0.0,
         noise_share: 0.0,
@@ -235,7 +234,8 @@ mod tests {
         training.episode();
         training.episode();
         let model = training.model();
-        let encounters = Scenario::Paper.cells(&flights, 1)[4].encounters(&model.population);
+        let encounters =
+            Scenario::Paper.cells(&flights, 1)[4].encounters(&model.parameters.population);
         (model.blob().unwrap(), encounters)
     }
 
@@ -245,8 +245,8 @@ mod tests {
         let own = Blob::parse(&bytes).unwrap();
         let alone = Committee::new(&[own], 1).unwrap();
         let twins = Committee::new(&[own, own], 1).unwrap();
-        let (population, base, normalisation) = RecursiveModel::surroundings(&own).unwrap();
-        assert_eq!(*alone.population(), population);
+        let (parameters, normalisation) = RecursiveModel::surroundings(&own).unwrap();
+        assert_eq!(*alone.population(), parameters.population);
         for encounter in &encounters {
             let followed = alone.follow(encounter, 0);
             let mut carry = encounter.start;
@@ -255,7 +255,8 @@ mod tests {
                 let mut outputs = [0.0; OUTPUTS];
                 let network = Network::new(own.networks().next().unwrap());
                 network.mean_pass(&inputs.map(|x| x as f32), &mut outputs);
-                carry = advance(&carry, &outputs.map(f64::from), arrival, &base);
+                let outputs = outputs.map(f64::from);
+                carry = advance(&carry, &outputs, arrival, &parameters, Weighing::All);
                 assert_eq!(step.jerk_variance, 0.0);
             }
             let last = followed.last().unwrap();
@@ -298,7 +299,7 @@ mod tests {
         let noise = |opinions: &[Opinion]| {
             let (outputs, _) = joined(opinions, &base, 0.1);
             let schedule = Schedule::read(&outputs, &base);
-            (schedule.jerk_mps3[0], schedule.jerk_noise)
+            (schedule.jerk_mps3[0], schedule.noise.jerk)
         };
         let (jerk, alone) = noise(&[opinion(0.3, 0.0)]);
         assert!((jerk - 0.6).abs() < 1e-12);

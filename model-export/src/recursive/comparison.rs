@@ -4,6 +4,7 @@
 use super::model::RecursiveModel;
 use super::network::sampling::Sampling;
 use super::score::Score;
+use super::step::Weighing;
 use super::step_programs::Programs;
 use super::trial::{Cell, TrackerScore};
 use crate::kernel::Tier;
@@ -49,10 +50,10 @@ pub fn compare(
     cells: &[Cell],
     passes: u16,
 ) -> Result<Vec<Comparison>, TrackerError> {
-    let programs = Programs::new(&model.base, &model.normalisation);
+    let programs = Programs::new(&model.parameters, &model.normalisation, Weighing::All);
     let weights = model.network.weights(Tier::detect(), Sampling::Nothing);
     let one = |cell: &Cell| {
-        let encounters = cell.encounters(&model.population);
+        let encounters = cell.encounters(&model.parameters.population);
         Ok(Comparison {
             cell: cell.name.clone(),
             unrounded: Score::of(&programs, &weights, &encounters),

@@ -8,7 +8,7 @@ use crate::blob::writer::{self as blob_writer, BlobContents, write_blob};
 use crate::posterior::gaussian_weights::GaussianWeights;
 use bnkf::blob::{Blob, BlobError, FeatureLayout, Kind};
 use bnkf::recursive::features::FEATURES;
-use bnkf::recursive::population::{self, Base, Population};
+use bnkf::recursive::parameters::Parameters;
 use bnkf::recursive::schedule::OUTPUTS;
 
 /// Passes by default: one, every weight at its mean.
@@ -17,10 +17,8 @@ pub const PASSES: u16 = 1;
 /// What the firmware's recursive tracker runs on.
 #[derive(Clone, Debug)]
 pub struct RecursiveModel {
-    /// What is known before the first measurement.
-    pub population: Population<f64>,
-    /// The motion model of a network that answers zero.
-    pub base: Base<f64>,
+    /// What surrounds the network.
+    pub parameters: Parameters<f64>,
     /// Of the features.
     pub normalisation: Normalisation,
     /// The network.
@@ -45,29 +43,28 @@ impl RecursiveModel {
     /// The model of a blob and of the unrounded weights beside it; `None` when the network has
     /// another shape than training gives.
     pub fn of_blob(blob: &Blob<'_>, weights: &GaussianWeights) -> Option<Self> {
-        let (population, base, normalisation) = Self::surroundings(blob)?;
+        let (parameters, normalisation) = Self::surroundings(blob)?;
         Some(Self {
-            population,
-            base,
+            parameters,
             normalisation,
             network: Network::of_gaussian_weights(weights)?,
             sampling: sampling(weights),
         })
     }
 
-    /// What a recursive blob holds beside its network, its population, base and normalisation; `None` for a blob of another kind.
-    pub fn surroundings(blob: &Blob<'_>) -> Option<(Population<f64>, Base<f64>, Normalisation)> {
+    /// What a recursive blob holds beside its network, its parameters and normalisation; `None` for a blob of another kind.
+    pub fn surroundings(blob: &Blob<'_>) -> Option<(Parameters<f64>, Normalisation)> {
         if blob.kind() != Kind::Recursive {
             return None;
         }
-        let (population, base) = population::read(blob.parameters());
+        let parameters = Parameters::read(blob.parameters());
         let pairs = blob.input_normalisation();
         let pair = |index| f64::from(pairs.get(index));
         let normalisation = Normalisation {
             offset: core::array::from_fn(|i| pair(2 * i)),
             gain: core::array::from_fn(|i| pair(2 * i + 1)),
         };
-        Some((population, base, normalisation))
+        Some((parameters, normalisation))
     }
 
     /// The network's layers as the blob holds them.
@@ -92,7 +89,7 @@ impl RecursiveModel {
             kind: Kind::Recursive,
             features: FeatureLayout::Recursive64,
             passes: PASSES,
-            parameters: population::parameters(&self.population, &self.base).to_vec(),
+            parameters: self.parameters.list().to_vec(),
             inputs: (0..FEATURES).map(input).collect(),
             outputs: vec![unchanged; OUTPUTS],
             networks: vec![self.layers()],
@@ -119,8 +116,7 @@ mod tests {
 
     fn model(sampling: Sampling) -> RecursiveModel {
         RecursiveModel {
-            population: Population::PAPER,
-            base: Base::DRONE,
+            parameters: Parameters::PAPER,
             normalisation: Normalisation::IDENTITY,
             network: Network::new(5),
             sampling,

@@ -11,6 +11,8 @@ pub fn population_of(flights: &[Flight]) -> Option<Population<f64>> {
     let range = moments(samples().map(|s| Polar::of(s.position_m, s.velocity_mps).range_m))?;
     let elevation =
         moments(samples().map(|s| Polar::of(s.position_m, s.velocity_mps).elevation_rad))?;
+    let horizontal_range = moments(samples().map(|s| s.position_m[0].hypot(s.position_m[1])))?;
+    let height = moments(samples().map(|s| s.position_m[2]))?;
     let pairs = || flights.iter().flat_map(|flight| flight.samples.windows(2));
     let root_mean_square = |mean_and_sigma: (f64, f64)| mean_and_sigma.0.hypot(mean_and_sigma.1);
     let horizontal = moments(samples().flat_map(|s| [s.velocity_mps[0], s.velocity_mps[1]]))?;
@@ -27,6 +29,10 @@ pub fn population_of(flights: &[Flight]) -> Option<Population<f64>> {
         horizontal_sigma_mps: root_mean_square(horizontal),
         vertical_sigma_mps: root_mean_square(vertical),
         acceleration_sigma_mps2: root_mean_square(acceleration),
+        horizontal_m: horizontal_range.0,
+        horizontal_sigma_m: horizontal_range.1,
+        height_m: height.0,
+        height_sigma_m: height.1,
     })
 }
 /// Mean and standard deviation; `None` of nothing.

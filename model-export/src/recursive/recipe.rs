@@ -1,13 +1,15 @@
 //! Everything that decides what a training run makes.
 
-use super::augmentation::Augmentation;
+use super::augmentation::{Augmentation, Elsewhere};
 use super::encounter::Encounter;
 use super::network::sampling::Sampling;
-use super::sensor::Sensor;
+use super::sensor::{Family, Sensor};
+use super::step::Weighing;
 use crate::flights::flight::Flight;
 use crate::flights::volume::Volume;
 use crate::random_source::RandomSource;
 use crate::seed::name_id;
+use bnkf::recursive::envelope::Bounds;
 use bnkf::recursive::population::Population;
 use serde::{Deserialize, Serialize};
 
@@ -45,6 +47,8 @@ pub struct Recipe {
     pub augmentation: Augmentation,
     /// Where they are put.
     pub volume: Volume,
+    /// Which hypotheses the trained filter weighs.
+    pub weighing: Weighing,
 }
 
 impl Recipe {
@@ -63,6 +67,7 @@ impl Recipe {
         sensor: Sensor::PAPER,
         augmentation: Augmentation::DEFAULT,
         volume: Volume::PAPER,
+        weighing: Weighing::Nominal,
     };
 
     /// The shipped counter-UAS model's: drones of up to 25 m/s at 0.3 to 3 km.
@@ -72,11 +77,27 @@ impl Recipe {
         sensor: Sensor::COUNTER_UAS,
         augmentation: Augmentation {
             stretch_max: 1.5,
+            // These drones are as fast and agile as any; the volume is all that the radar sees.
+            agile_share: 0.1,
+            haste_share: 0.0,
+            elsewhere_share: 0.05,
+            elsewhere: Elsewhere {
+                range_m: [150.0, 3500.0],
+                elevation_deg: [-5.0, 60.0],
+            },
             ..Augmentation::DEFAULT
         },
         volume: Volume::COUNTER_UAS,
         ..Self::DEFAULT
     };
+
+    /// What the model is said to be trained for.
+    pub fn bounds(&self) -> Bounds<f64> {
+        match self.sensor.family {
+            Family::Paper => Bounds::PAPER,
+            Family::CounterUas => Bounds::COUNTER_UAS,
+        }
+    }
 
     /// Learning rate of the update at this share (0 to 1) of the run.
     pub fn rate_at(&self, update: f64, share: f64) -> f64 {

@@ -5,13 +5,18 @@ use super::normalisation::Normalisation;
 use crate::autodiff::program::Program;
 use bnkf::cholesky::{cholesky, forward_substitute};
 use bnkf::measurement::Vectors;
-use bnkf::recursive::correction::{GATE_NIS, correct};
+use bnkf::recursive::correction::{GATE_NIS, Interval, correct};
+use bnkf::recursive::factor::Factor;
 use bnkf::recursive::features::{FEATURES, features};
-use bnkf::recursive::motion::{Covariance, State, predict};
-use bnkf::recursive::population::Base;
-use bnkf::recursive::schedule::{OUTPUTS, SCHEDULE, Schedule};
+use bnkf::recursive::hypotheses::{Mixture, NOMINAL};
+use bnkf::recursive::motion::predict;
+use bnkf::recursive::parameters::Parameters;
+use bnkf::recursive::schedule::{NOTE_OUTPUT, OUTPUTS, SCHEDULE, Schedule};
 use bnkf::recursive::sight::LineOfSight;
+use bnkf::recursive::state::{Covariance, State};
 use bnkf::scalar::Scalar;
+use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
 
 /// What arrives at one step.
 #[derive(Clone, Copy, Debug)]
@@ -53,6 +58,16 @@ pub fn sight_of<S: Scalar>(carry: &Carry<S>) -> LineOfSight<S> {
     LineOfSight::to([carry.state[0], carry.state[1], carry.state[2]])
 }
 
+/// Which hypotheses a step weighs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Weighing {
+    /// The network's own model alone
+    Nominal,
+    /// Every one, as the firmware does
+    All,
+}
+
 /// Advances `carry` by one step under the motion model that the network `outputs` schedule.
 ///
 /// The firmware's own parts in the firmware's order; what it decides by a branch (a gap, the gate)
@@ -61,21 +76,49 @@ pub fn advance<S: Scalar>(
     carry: &Carry<S>,
     outputs: &[S],
     arrival: &Arrival<S>,
-    base: &Base<f64>,
+    parameters: &Parameters<f64>,
+    weighing: Weighing,
 ) -> Carry<S> {
-    let schedule = Schedule::read(outputs, &base.known());
+    let schedule = Schedule::read(outputs, &parameters.base.known());
+    let hypotheses = parameters.hypotheses.known();
     let sight = sight_of(carry);
-    let (state, covariance) = predict(
+    let (mut state, mut covariance) = predict(
         &carry.state,
         &carry.covariance,
         &sight,
         &schedule,
         arrival.dt_s,
     );
+    let population = parameters.population.known();
+    Factor::read(&outputs[SCHEDULE..NOTE_OUTPUT]).fuse(
+        &mut state,
+        &mut covariance,
+        &population,
+        arrival.dt_s,
+    );
+    let interval = Interval {
+        sight,
+        noise: schedule.noise,
+        sensor_scale: schedule.sensor_scale,
+        dt_s: arrival.dt_s,
+    };
     let vectors = Vectors::whole(arrival.measurement, arrival.sigmas);
-    let (corrected, whitened) = correct(&state, &covariance, &vectors, schedule.sensor_scale);
+    let odds = hypotheses.odds(&carry.memory.counts);
+    let (mixture, whitened) = match weighing {
+        Weighing::All => interval.weigh(&state, &covariance, &vectors, &hypotheses, &odds),
+        Weighing::Nominal => {
+            let (corrected, whitened) =
+                correct(&state, &covariance, &vectors, schedule.sensor_scale);
+            let mixture = Mixture::of(NOMINAL, S::constant(1.0), corrected);
+            (mixture, whitened)
+        }
+    };
+    if weighing == Weighing::All {
+        interval.doubt(&mut covariance, &hypotheses, &odds);
+    }
+    let corrected = &mixture.corrected;
     let measured = arrival.measured;
-    let used = measured * (S::constant(GATE_NIS) - corrected.nis).step();
+    let used = measured * (S::constant(GATE_NIS) - mixture.nis_least).step();
     let between = |from: S, to: S, weight: S| from + weight * (to - from);
     let mut next = Carry {
         state: core::array::from_fn(|i| between(state[i], corrected.state[i], used)),
@@ -99,9 +142,11 @@ pub fn advance<S: Scalar>(
     next.memory.drift = blend(unseen.drift, seen.drift);
     next.memory.squares = blend(unseen.squares, seen.squares);
     next.memory.ln_sigmas = blend(unseen.ln_sigmas, seen.ln_sigmas);
+    next.memory
+        .explained(mixture.shares.map(|share| used * share));
     let velocity = [next.state[3], next.state[4], next.state[5]];
     next.memory
-        .stepped(arrival.dt_s, used, velocity, &outputs[SCHEDULE..]);
+        .stepped(arrival.dt_s, used, velocity, &outputs[NOTE_OUTPUT..]);
     next
 }
 
@@ -134,7 +179,7 @@ fn position_distance<S: Scalar>(state: &State<S>, truth: [S; 3]) -> S {
 }
 
 /// Records the step between the network and the next features.
-pub fn filter_program(base: &Base<f64>) -> Program {
+pub fn filter_program(parameters: &Parameters<f64>, weighing: Weighing) -> Program {
     Program::record(FILTER_INPUTS, |inputs| {
         let (carry, rest) = inputs.split_at(CARRY);
         let (outputs, rest) = rest.split_at(OUTPUTS);
@@ -145,7 +190,8 @@ pub fn filter_program(base: &Base<f64>) -> Program {
             measurement: core::array::from_fn(|i| arrival[2 + i]),
             sigmas: core::array::from_fn(|i| arrival[2 + MEASUREMENT + i]),
         };
-        let next = advance(&Carry::unflatten(carry), outputs, &arrival, base);
+        let carry = Carry::unflatten(carry);
+        let next = advance(&carry, outputs, &arrival, parameters, weighing);
         let truth = [truth[0], truth[1], truth[2]];
         let p = &next.covariance;
         let mut flat = next.flatten();
@@ -214,7 +260,13 @@ mod tests {
                 measurement: core::array::from_fn(|i| arrival[2 + i]),
                 sigmas: SIGMAS,
             };
-            carry = advance(&carry, &[0.0; OUTPUTS], &arrival, &Base::DRONE);
+            carry = advance(
+                &carry,
+                &[0.0; OUTPUTS],
+                &arrival,
+                &Parameters::PAPER,
+                Weighing::All,
+            );
         }
         let truth = circle(14.9).0;
         for axis in 0..3 {
@@ -226,7 +278,7 @@ mod tests {
 
     #[test]
     fn the_program_is_the_plain_step_and_its_gradient_is_right() {
-        let program = filter_program(&Base::DRONE);
+        let program = filter_program(&Parameters::PAPER, Weighing::All);
         let mut workspace = program.workspace();
         let mut carry = Carry::start(reading(0.0), SIGMAS, &Population::PAPER).flatten();
         let wave: Vec<f64> = (0..OUTPUTS).map(|i| 0.3 * (1.7 * i as f64).sin()).collect();
@@ -285,7 +337,7 @@ mod tests {
     #[test]
     fn the_step_stays_small() {
         // The cost of training is proportional to these; a structural zero that is computed shows.
-        assert!(filter_program(&Base::DRONE).len() < 1800);
+        assert!(filter_program(&Parameters::PAPER, Weighing::All).len() < 1800);
         assert!(feature_program(&Normalisation::IDENTITY).len() < 400);
     }
 }

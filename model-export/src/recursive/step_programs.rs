@@ -1,9 +1,9 @@
 //! One step of the filter as the two programs that a window repeats: before the network, after it.
 
 use super::normalisation::Normalisation;
-use super::step::{feature_program, filter_program};
+use super::step::{Weighing, feature_program, filter_program};
 use crate::autodiff::program::Program;
-use bnkf::recursive::population::Base;
+use bnkf::recursive::parameters::Parameters;
 
 /// The two recorded programs of a step.
 #[derive(Clone, Debug)]
@@ -14,10 +14,14 @@ pub struct Programs {
 
 impl Programs {
     /// Records both.
-    pub fn new(base: &Base<f64>, normalisation: &Normalisation) -> Self {
+    pub fn new(
+        parameters: &Parameters<f64>,
+        normalisation: &Normalisation,
+        weighing: Weighing,
+    ) -> Self {
         Self {
             features: feature_program(normalisation),
-            filter: filter_program(base),
+            filter: filter_program(parameters, weighing),
         }
     }
 }

@@ -325,7 +325,7 @@ mod tests {
     use crate::recursive::network::Network;
     use crate::recursive::network::sampling::Sampling;
     use crate::recursive::normalisation::Normalisation;
-    use bnkf::recursive::population::{Base, Population};
+    use bnkf::recursive::parameters::Parameters;
 
     #[test]
     fn courses_hold_what_they_promise() {
@@ -352,8 +352,7 @@ mod tests {
     #[test]
     fn the_base_model_survives_every_hardship() {
         let model = RecursiveModel {
-            population: Population::PAPER,
-            base: Base::DRONE,
+            parameters: Parameters::PAPER,
             normalisation: Normalisation::IDENTITY,
             network: Network::new(3),
             sampling: Sampling::EveryLayer,

@@ -10,8 +10,7 @@ use super::network::sampling::Sampling;
 use super::normalisation::Normalisation;
 use super::population::population_of;
 use super::recipe::Recipe;
-use super::step::advance;
-use super::step::features_of;
+use super::step::{Weighing, advance, features_of};
 use super::step_programs::Programs;
 use super::unrolled::{Unrolled, WindowLoss};
 use crate::autodiff::lanes::LANES;
@@ -20,7 +19,7 @@ use crate::flights::flight::Flight;
 use crate::kernel::Tier;
 use crate::seed::{derive, name_id};
 use bnkf::recursive::features::FEATURES;
-use bnkf::recursive::population::{Base, Population};
+use bnkf::recursive::parameters::Parameters;
 use bnkf::recursive::schedule::OUTPUTS;
 use rayon::prelude::*;
 
@@ -68,12 +67,10 @@ pub enum ResumeError {
 pub struct Training<'f> {
     /// What is trained, and how.
     pub recipe: Recipe,
-    /// The start's prior, measured on the flights.
-    pub population: Population<f64>,
+    /// What surrounds the network; its population is measured on the flights.
+    pub parameters: Parameters<f64>,
     /// The features' normalisation, measured on the base model.
     pub normalisation: Normalisation,
-    /// The model of a network that answers zero.
-    pub base: Base<f64>,
     /// The network.
     pub network: Network,
     /// Episodes done.
@@ -108,15 +105,18 @@ impl<'f> Training<'f> {
             });
         }
         let population = population_of(flights).ok_or(TrainingError::NoFlights)?;
-        let base = Base::DRONE;
-        let normalisation = measure_features(&recipe, flights, &population, &base);
+        let parameters = Parameters {
+            population,
+            bounds: recipe.bounds(),
+            ..Parameters::PAPER
+        };
+        let normalisation = measure_features(&recipe, flights, &parameters);
         Ok(Self {
-            programs: Programs::new(&base, &normalisation),
+            programs: Programs::new(&parameters, &normalisation, recipe.weighing),
             network: Network::new(recipe.seed),
             recipe,
-            population,
+            parameters,
             normalisation,
-            base,
             episode: 0,
             flights,
         })
@@ -158,8 +158,7 @@ impl<'f> Training<'f> {
     /// What the training has come to.
     pub fn model(&self) -> RecursiveModel {
         RecursiveModel {
-            population: self.population,
-            base: self.base,
+            parameters: self.parameters,
             normalisation: self.normalisation.clone(),
             network: self.network.clone(),
             sampling: self.recipe.sampling,
@@ -176,8 +175,12 @@ impl<'f> Training<'f> {
         let encounters: Vec<Encounter> = (0..self.recipe.flights)
             .into_par_iter()
             .filter_map(|lane| {
-                self.recipe
-                    .encounter(self.flights, &self.population, self.episode, lane)
+                self.recipe.encounter(
+                    self.flights,
+                    &self.parameters.population,
+                    self.episode,
+                    lane,
+                )
             })
             .collect();
         let batches = Batch::groups(&encounters);
@@ -261,19 +264,18 @@ impl<'f> Training<'f> {
 fn measure_features(
     recipe: &Recipe,
     flights: &[Flight],
-    population: &Population<f64>,
-    base: &Base<f64>,
+    parameters: &Parameters<f64>,
 ) -> Normalisation {
     let lists: Vec<Vec<[f64; FEATURES]>> = (0..NORMALISATION_ENCOUNTERS)
         .into_par_iter()
         .filter_map(|lane| {
             // An episode that training never reaches.
-            let encounter = recipe.encounter(flights, population, u64::MAX, lane)?;
+            let encounter = recipe.encounter(flights, &parameters.population, u64::MAX, lane)?;
             let mut carry = encounter.start;
             let mut list = Vec::with_capacity(encounter.arrivals.len());
             for arrival in &encounter.arrivals {
                 list.push(features_of(&carry, arrival.dt_s));
-                carry = advance(&carry, &[0.0; OUTPUTS], arrival, base);
+                carry = advance(&carry, &[0.0; OUTPUTS], arrival, parameters, Weighing::All);
             }
             Some(list)
         })

@@ -166,7 +166,7 @@ mod tests {
         let bytes = training.model().blob().unwrap();
         let weights = training.network.weights(Tier::detect(), Sampling::Nothing);
         for cell in Scenario::Paper.cells(&flights, 5) {
-            let encounters = cell.encounters(&training.population);
+            let encounters = cell.encounters(&training.parameters.population);
             let expected = Score::of(training.programs(), &weights, &encounters);
             let tracked = cell.track(Blob::parse(&bytes).unwrap(), 1).unwrap();
             let score = tracked.score;

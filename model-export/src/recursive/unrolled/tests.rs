@@ -9,7 +9,8 @@ use crate::recursive::network::shape::{LAYERS, PARAMETERS};
 use crate::recursive::normalisation::Normalisation;
 use crate::recursive::population::population_of;
 use crate::recursive::recipe::Recipe;
-use bnkf::recursive::population::Base;
+use crate::recursive::step::Weighing;
+use bnkf::recursive::parameters::Parameters;
 
 const STEPS: usize = 25;
 
@@ -38,7 +39,7 @@ fn network() -> Network {
 #[test]
 fn the_gradient_of_a_window_is_the_slope_of_its_loss() {
     assert_eq!(LAYERS, 5);
-    let programs = Programs::new(&Base::DRONE, &Normalisation::IDENTITY);
+    let programs = Programs::new(&Parameters::PAPER, &Normalisation::IDENTITY, Weighing::All);
     let (batches, network, tier) = (batches(), network(), Tier::detect());
     let loss = |network: &Network, gradient: Option<&mut Gradient>| {
         let weights = network.weights(tier, Sampling::Nothing);
@@ -104,7 +105,7 @@ fn errors(run: &Unrolled<'_>, batches: &[Batch]) -> Vec<(f64, f64, bool)> {
 /// that stay what they were.
 #[test]
 fn the_distance_teaches_beside_the_likelihood() {
-    let programs = Programs::new(&Base::DRONE, &Normalisation::IDENTITY);
+    let programs = Programs::new(&Parameters::PAPER, &Normalisation::IDENTITY, Weighing::All);
     let (batches, network, tier) = (batches(), network(), Tier::detect());
     let run = |network: &Network, distance_weight: f64| {
         let weights = network.weights(tier, Sampling::Nothing);
@@ -144,7 +145,7 @@ fn the_distance_teaches_beside_the_likelihood() {
 
 #[test]
 fn two_windows_are_one() {
-    let programs = Programs::new(&Base::DRONE, &Normalisation::IDENTITY);
+    let programs = Programs::new(&Parameters::PAPER, &Normalisation::IDENTITY, Weighing::All);
     let (batches, tier) = (batches(), Tier::detect());
     let weights = network().weights(tier, Sampling::Nothing);
     let mut whole = Unrolled::new(&programs, batches.len(), STEPS, 0.0);
@@ -162,7 +163,7 @@ fn two_windows_are_one() {
 
 #[test]
 fn a_lost_flight_starts_anew_and_is_scored_no_more() {
-    let programs = Programs::new(&Base::DRONE, &Normalisation::IDENTITY);
+    let programs = Programs::new(&Parameters::PAPER, &Normalisation::IDENTITY, Weighing::All);
     let (mut batches, tier) = (batches(), Tier::detect());
     batches[1].arrivals[3][1][2] = 1.0;
     batches[1].arrivals[3][4][2] = f64::NAN;
