@@ -14,4 +14,4 @@ pub use reply::{BudgetFrame, EstimateFrame, ModeCode, Ready, RefusalCode, Reply}
 pub use request::{CorrectionCode, MeasurementFrame, Request, Reset, SensedFrame};
 
 /// Raised when any frame changes; [`Ready`] reports it and the host refuses another.
-pub const VERSION: u8 = 2;
+pub const VERSION: u8 = 3;

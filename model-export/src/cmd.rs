@@ -8,5 +8,6 @@ pub mod stress;
 pub mod train;
 pub mod train_memoryless;
 pub mod train_recursive;
+pub mod tune;
 pub mod verify;
 pub mod verify_recursive;

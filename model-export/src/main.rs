@@ -1,6 +1,6 @@
 //! `model-export`: training and export of Bayesian networks.
 
-use bnkf_model_export::cmd::{flights, inspect, stress, train, verify};
+use bnkf_model_export::cmd::{flights, inspect, stress, train, tune, verify};
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
@@ -18,6 +18,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Train(train::Args),
+    Tune(tune::Args),
     Inspect(inspect::Args),
     Verify(verify::Args),
     Stress(stress::Args),
@@ -26,15 +27,20 @@ enum Command {
 
 fn main() -> ExitCode {
     match Cli::parse().command {
-        Command::Train(args) => match train::run(&args) {
-            Ok(train::Outcome::Written) => ExitCode::SUCCESS,
-            Ok(train::Outcome::Interrupted) => ExitCode::from(INTERRUPTED),
-            Err(error) => failure(&error),
-        },
+        Command::Train(args) => trained(train::run(&args)),
+        Command::Tune(args) => trained(tune::run(&args)),
         Command::Inspect(args) => exit_code(inspect::run(&args)),
         Command::Verify(args) => exit_code(verify::run(&args)),
         Command::Stress(args) => exit_code(stress::run(&args)),
         Command::Flights(args) => exit_code(flights::run(&args)),
+    }
+}
+
+fn trained(result: Result<train::Outcome, train::TrainError>) -> ExitCode {
+    match result {
+        Ok(train::Outcome::Written) => ExitCode::SUCCESS,
+        Ok(train::Outcome::Interrupted) => ExitCode::from(INTERRUPTED),
+        Err(error) => failure(&error),
     }
 }
 

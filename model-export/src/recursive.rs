@@ -26,4 +26,5 @@ pub mod stress;
 pub mod training;
 pub mod training_progress;
 pub mod trial;
+pub mod tuning;
 pub mod unrolled;

@@ -47,6 +47,10 @@ pub struct EstimateFrame {
     pub mode: ModeCode,
     /// Whether the target is where, or moves as, the model was not trained for.
     pub outside: bool,
+    /// Probability that the target manoeuvred, against the model.
+    pub manoeuvre: f32,
+    /// Probability that the reading is wrong.
+    pub outlier: f32,
     /// What a recursive tracker knows beside the position.
     pub motion: Option<MotionFrame>,
     /// Ticks of the board's free-running counter spent inside the tracker. In QEMU under
@@ -70,6 +74,8 @@ impl EstimateFrame {
                 Mode::Restarted => ModeCode::Restarted,
             },
             outside: estimate.outside,
+            manoeuvre: estimate.doubt.manoeuvre,
+            outlier: estimate.doubt.outlier,
             motion: estimate.motion.as_ref().map(MotionFrame::new),
             ticks,
         }
@@ -79,9 +85,10 @@ impl EstimateFrame {
     /// tells 0 from -0, and a NaN is the same as itself.
     pub fn same_bits(&self, other: &Self) -> bool {
         let floats = |e: &Self| {
-            let mut bits = [0u32; 13];
+            let mut bits = [0u32; 15];
             let values = e.position_m.iter().chain(e.covariance_m2.as_flattened());
-            for (bit, value) in bits.iter_mut().zip(values.chain([&e.nis])) {
+            let values = values.chain([&e.nis, &e.manoeuvre, &e.outlier]);
+            for (bit, value) in bits.iter_mut().zip(values) {
                 *bit = value.to_bits();
             }
             (bits, e.motion.map(|motion| motion.bits()))
@@ -247,6 +254,8 @@ mod tests {
                 nis: -0.0,
                 mode: ModeCode::Coasting,
                 outside: true,
+                manoeuvre: 0.25,
+                outlier: 0.75,
                 motion: Some(MotionFrame {
                     velocity_mps: row(5.5),
                     acceleration_mps2: row(6.5),
@@ -274,7 +283,7 @@ mod tests {
         let mut dearer = base;
         dearer.ticks = 1;
         assert!(base.same_bits(&dearer));
-        for float in 0..64 {
+        for float in 0..66 {
             let mut other = base;
             let motion = other.motion.as_mut().expect("widest");
             let value = match float {
@@ -283,7 +292,9 @@ mod tests {
                 12 => &mut other.nis,
                 13..16 => &mut motion.velocity_mps[float - 13],
                 16..19 => &mut motion.acceleration_mps2[float - 16],
-                _ => &mut motion.covariance.as_flattened_mut()[float - 19],
+                19..64 => &mut motion.covariance.as_flattened_mut()[float - 19],
+                64 => &mut other.manoeuvre,
+                _ => &mut other.outlier,
             };
             *value = f32::from_bits(value.to_bits() ^ 1);
             assert!(!base.same_bits(&other), "float {float}");

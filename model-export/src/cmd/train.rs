@@ -1,10 +1,11 @@
 //! `model-export train`: trains an estimator and writes its blob.
 
+use super::blob_file::BlobFileError;
 use super::flight_source::{FlightSource, FlightSourceError};
 use super::train_memoryless::{self, MemorylessArgs};
 use super::train_recursive::{self, RecursiveArgs};
 use crate::atomic_file::{self, AtomicWriteError};
-use crate::blob::unrounded;
+use crate::blob::unrounded::{self, UnroundedError};
 use crate::flights::held_out::HeldOutError;
 use crate::interrupt::Interrupt;
 use crate::memoryless::checkpoint::CheckpointError;
@@ -13,7 +14,7 @@ use crate::memoryless::provenance;
 use crate::memoryless::training::DivergedError;
 use crate::memoryless::training_settings::{TrainingSettings, TrainingSettingsError};
 use crate::recursive::training::{ResumeError, TrainingError};
-use crate::regular_file::ReadFileError;
+use crate::regular_file::{self, ReadFileError};
 use bnkf::TrackerError;
 use bnkf::blob::BlobError;
 use std::path::{Path, PathBuf};
@@ -134,6 +135,27 @@ pub enum TrainError {
         #[source]
         cause: ResumeError,
     },
+    /// The model to tune is no usable blob.
+    #[error(transparent)]
+    Model(#[from] BlobFileError),
+    /// The unrounded weights beside the model to tune.
+    #[error("{}: {cause}", path.display())]
+    Unrounded {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        #[source]
+        cause: UnroundedError,
+    },
+    /// The model to tune is of another kind.
+    #[error("{}: only a recursive model as this version trains it can be tuned", .0.display())]
+    NotRecursive(PathBuf),
+    /// The model to tune has bounds of its own.
+    #[error("{}: its bounds are those of no scenario, so there are no built-in flights to rehearse", .0.display())]
+    NoScenario(PathBuf),
+    /// No flight is long enough.
+    #[error("no flight lasts {0} s, which is the least to learn from")]
+    TooShort(f64),
     /// The tracker refuses the trained model.
     #[error("the trained model: {0}")]
     Passes(TrackerError),
@@ -163,11 +185,44 @@ pub enum TrainError {
     Output(#[from] std::io::Error),
 }
 
-impl Args {
-    fn checkpoint_path(&self) -> PathBuf {
-        let mut path = self.out.as_os_str().to_owned();
-        path.push(".checkpoint");
-        path.into()
+/// Where an interrupted run that makes `out` lies.
+pub fn checkpoint_path(out: &Path) -> PathBuf {
+    let mut path = out.as_os_str().to_owned();
+    path.push(".checkpoint");
+    path.into()
+}
+
+impl Run<'_> {
+    /// The checkpoint to go on from; `None` for a run from the start.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub fn interrupted(&self) -> Result<Option<Vec<u8>>, ReadFileError> {
+        if self.resume {
+            regular_file::read(self.checkpoint, CHECKPOINT_BYTES_MAX).map(Some)
+        } else {
+            Ok(None)
+        }
+    }
+
+    /// The checkpoint does not fit the run.
+    pub fn unusable(&self, cause: ResumeError) -> TrainError {
+        TrainError::RecursiveCheckpoint {
+            path: self.checkpoint.to_owned(),
+            cause,
+        }
+    }
+
+    /// Removes the checkpoint of a finished run.
+    ///
+    /// # Errors
+    /// It cannot be removed.
+    pub fn forget_checkpoint(&self) -> Result<(), TrainError> {
+        if self.checkpoint.exists() {
+            let path = self.checkpoint.to_owned();
+            std::fs::remove_file(&path).map_err(|cause| TrainError::Remove { path, cause })?;
+        }
+        Ok(())
     }
 }
 
@@ -176,15 +231,14 @@ impl Args {
 /// # Errors
 /// See [`TrainError`].
 pub fn run(args: &Args) -> Result<Outcome, TrainError> {
-    check_paths(args)?;
-    let threads = args.threads.map_or_else(default_threads, usize::from);
+    check_paths(&args.out, args.resume)?;
     let system = |error: &dyn std::fmt::Display| TrainError::System(error.to_string());
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = threads(args.threads);
     let interrupt = Interrupt::catch().map_err(|error| system(&error))?;
     let run = Run {
         source: &args.source,
         out: &args.out,
-        checkpoint: &args.checkpoint_path(),
+        checkpoint: &checkpoint_path(&args.out),
         resume: args.resume,
         seed: args.seed,
         interrupt: &interrupt,
@@ -202,21 +256,29 @@ pub fn run(args: &Args) -> Result<Outcome, TrainError> {
         })
 }
 
-fn default_threads() -> usize {
-    std::thread::available_parallelism()
-        .map_or(1, usize::from)
-        .min(SHARDS)
+/// As many threads as asked for, or as there are cores, up to two.
+///
+/// # Errors
+/// The system gives none.
+pub fn threads(asked: Option<u8>) -> Result<rayon::ThreadPool, rayon::ThreadPoolBuildError> {
+    let default = || std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = asked.map_or_else(|| default().min(SHARDS), usize::from);
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build()
 }
 
-fn check_paths(args: &Args) -> Result<(), TrainError> {
-    let checkpoint = args.checkpoint_path();
+/// Finds out before the work whether its results can be written, and no interrupted run is lost.
+///
+/// # Errors
+/// See [`TrainError`].
+pub fn check_paths(out: &Path, resume: bool) -> Result<(), TrainError> {
+    let checkpoint = checkpoint_path(out);
     atomic_file::check(&[
-        &args.out,
-        &provenance::path_beside(&args.out),
-        &unrounded::path_beside(&args.out),
+        out,
+        &provenance::path_beside(out),
+        &unrounded::path_beside(out),
         &checkpoint,
     ])?;
-    if !args.resume && checkpoint.exists() {
+    if !resume && checkpoint.exists() {
         return Err(TrainError::CheckpointExists(checkpoint));
     }
     Ok(())

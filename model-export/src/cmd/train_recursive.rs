@@ -1,7 +1,7 @@
 //! `model-export train --kind recursive`: trains the recursive estimator and writes its blob.
 
 use super::flight_source::{FlightSourceError, NamedFlights};
-use super::train::{CHECKPOINT_BYTES_MAX, Outcome, Run, TrainError};
+use super::train::{Outcome, Run, TrainError};
 use crate::atomic_file;
 use crate::blob::quantise::layer_errors;
 use crate::blob::unrounded;
@@ -12,16 +12,14 @@ use crate::memoryless::provenance::path_beside;
 use crate::recursive::comparison::{Comparison, compare, table};
 use crate::recursive::model::{PASSES, RecursiveModel};
 use crate::recursive::network::sampling::Sampling;
-use crate::recursive::step::Weighing;
 use crate::recursive::provenance::Provenance;
 use crate::recursive::recipe::Recipe;
 use crate::recursive::scenario::Scenario;
-use crate::recursive::training::{ResumeError, Training};
+use crate::recursive::step::Weighing;
+use crate::recursive::training::Training;
 use crate::recursive::training_progress::RecursiveProgress;
-use crate::regular_file;
 use bnkf::blob::Blob;
 use std::io::Write as _;
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// Time between two checkpoints.
@@ -103,6 +101,19 @@ pub fn train(run: &Run<'_>, args: &RecursiveArgs) -> Result<Outcome, TrainError>
     let mut training = start(run, recipe, &named)?;
     // What the flights contribute to the blob does not change any more.
     training.model().blob().map_err(TrainError::Statistics)?;
+    if complete(run, &mut training)? == Outcome::Interrupted {
+        return Ok(Outcome::Interrupted);
+    }
+    write(run, args.scenario, &named, &training)?;
+    run.forget_checkpoint()?;
+    Ok(Outcome::Written)
+}
+
+/// Trains to the end, or until it is interrupted and a checkpoint written.
+///
+/// # Errors
+/// The checkpoint cannot be written.
+pub fn complete(run: &Run<'_>, training: &mut Training<'_>) -> Result<Outcome, TrainError> {
     let mut progress = RecursiveProgress::new(training.recipe.episodes, training.episode);
     let mut saved = Instant::now();
     while training.episode < training.recipe.episodes {
@@ -120,11 +131,6 @@ pub fn train(run: &Run<'_>, args: &RecursiveArgs) -> Result<Outcome, TrainError>
         }
     }
     progress.finish();
-    write(run, args.scenario, &named, &training)?;
-    if run.checkpoint.exists() {
-        let path = run.checkpoint.to_owned();
-        std::fs::remove_file(&path).map_err(|cause| TrainError::Remove { path, cause })?;
-    }
     Ok(Outcome::Written)
 }
 
@@ -141,7 +147,11 @@ fn flights(run: &Run<'_>, scenario: Scenario) -> Result<NamedFlights, FlightSour
     built_in(&settings)
 }
 
-fn built_in(settings: &GeneratorSettings) -> Result<NamedFlights, FlightSourceError> {
+/// Generated flights and their name.
+///
+/// # Errors
+/// The generator refuses the settings.
+pub fn built_in(settings: &GeneratorSettings) -> Result<NamedFlights, FlightSourceError> {
     Ok(NamedFlights {
         source: format!(
             "{} built-in flights of {} s, seed {}",
@@ -156,16 +166,19 @@ fn start<'f>(
     recipe: Recipe,
     named: &'f NamedFlights,
 ) -> Result<Training<'f>, TrainError> {
-    if !run.resume {
-        return Ok(Training::new(recipe, &named.flights)?);
+    match run.interrupted()? {
+        None => Ok(Training::new(recipe, &named.flights)?),
+        Some(bytes) => {
+            Training::resume(recipe, &named.flights, &bytes).map_err(|cause| run.unusable(cause))
+        }
     }
-    let path: PathBuf = run.checkpoint.to_owned();
-    let bytes = regular_file::read(&path, CHECKPOINT_BYTES_MAX)?;
-    Training::resume(recipe, &named.flights, &bytes)
-        .map_err(|cause: ResumeError| TrainError::RecursiveCheckpoint { path, cause })
 }
 
-fn write(
+/// Writes the blob and what goes beside it.
+///
+/// # Errors
+/// See [`TrainError`].
+pub fn write(
     run: &Run<'_>,
     scenario: Scenario,
     named: &NamedFlights,

@@ -50,6 +50,8 @@ struct Law {
     drag: f64,
     /// Pull back, horizontal and vertical, 1/s^2.
     pull: [f64; 2],
+    /// How strong it is along the vertical.
+    flat: f64,
     /// What the law asks for now, m/s^2.
     driven: [f64; 3],
     /// Scale of the law now.
@@ -96,6 +98,7 @@ impl Law {
             rate: random.uniform(0.3, 2.0),
             drag: random.uniform(0.1, 1.0),
             pull: [random.uniform(0.02, 0.2), random.uniform(0.1, 0.5)],
+            flat: random.uniform(0.2, 1.0),
             driven: [0.0; 3],
             boost: 1.0,
             until_s: random.uniform(0.3, 2.0),
@@ -119,7 +122,7 @@ impl Law {
             Kind::Switching => {
                 for axis in 0..3 {
                     if random.chance(self.rate * STEP_S) {
-                        let flat = if axis == 2 { 0.4 } else { 1.0 };
+                        let flat = if axis == 2 { self.flat } else { 1.0 };
                         self.driven[axis] = flat * self.size * [-1.0, 0.0, 1.0][random.below(3)];
                     }
                 }
@@ -133,7 +136,7 @@ impl Law {
                     };
                 }
                 for axis in 0..3 {
-                    let flat = if axis == 2 { 0.4 } else { 1.0 };
+                    let flat = if axis == 2 { self.flat } else { 1.0 };
                     let spread = 0.4 * self.size * self.boost * flat;
                     self.driven[axis] += -2.0 * self.rate * self.driven[axis] * STEP_S
                         + spread * (4.0 * self.rate * STEP_S).sqrt() * random.normal();
@@ -145,7 +148,7 @@ impl Law {
                 }
                 let wave = self.boost * self.size * (4.0 * self.rate * time_s).sin();
                 let (s, c) = self.heading.sin_cos();
-                self.driven = [wave * c, wave * s, 0.3 * wave];
+                self.driven = [wave * c, wave * s, 0.7 * self.flat * wave];
             }
             Kind::Dashing => {
                 if changes {
@@ -153,9 +156,11 @@ impl Law {
                 }
                 let (s, c) = self.heading.sin_cos();
                 self.driven = match self.phase {
-                    Phase::Burst if speed < SPEED_MAX_MPS => {
-                        [self.size * c, self.size * s, 0.2 * self.boost * self.size]
-                    }
+                    Phase::Burst if speed < SPEED_MAX_MPS => [
+                        self.size * c,
+                        self.size * s,
+                        self.flat * self.boost * self.size,
+                    ],
                     Phase::Brake if speed > 0.1 => {
                         velocity.map(|v| -self.size * v / speed.max(0.5))
                     }

@@ -33,6 +33,8 @@ pub struct Augmentation {
     pub elsewhere_share: f64,
     /// Where that is.
     pub elsewhere: Elsewhere,
+    /// Whether flights stay where they are, turned and mirrored about the radar.
+    pub kept: bool,
 }
 
 /// Where a flight's centre may be beside the volume.
@@ -67,14 +69,28 @@ impl Augmentation {
         ln_speed_sigma: 0.2,
         recorded_share: 0.3,
         other_rate_share: 0.1,
-        agile_share: 0.2,
-        haste_share: 0.08,
-        haste_max: 3.5,
+        agile_share: 0.22,
+        haste_share: 0.12,
+        haste_max: 4.0,
         elsewhere_share: 0.15,
         elsewhere: Elsewhere {
             range_m: [6.0, 95.0],
             elevation_deg: [-80.0, 89.0],
         },
+        kept: false,
+    };
+
+    /// Turned, mirrored and placed only.
+    pub const STILL: Self = Self {
+        ln_size_sigma: 0.0,
+        stretch_share: 0.0,
+        ln_speed_sigma: 0.0,
+        recorded_share: 0.0,
+        other_rate_share: 0.0,
+        agile_share: 0.0,
+        haste_share: 0.0,
+        elsewhere_share: 0.0,
+        ..Self::DEFAULT
     };
 
     /// Takes up to `steps` samples, `interval_s` apart, somewhere from `flight`.
@@ -182,7 +198,9 @@ impl Augmentation {
         }
         let half: [f64; 3] = core::array::from_fn(|axis| 0.5 * (high[axis] - low[axis]));
         let centre: [f64; 3] = core::array::from_fn(|axis| low[axis] + half[axis]);
-        let target = if random.chance(self.elsewhere_share) {
+        let target = if self.kept {
+            centre
+        } else if random.chance(self.elsewhere_share) {
             self.elsewhere.draw(random)
         } else {
             place(half, volume, random)

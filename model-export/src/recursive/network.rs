@@ -1,6 +1,7 @@
 //! The variational network that schedules the motion model: mean-field Gaussian weights and their
 //! optimiser. Hidden layers end in GELU.
 
+pub mod anchor;
 pub mod gradient;
 pub mod pass;
 pub mod sampling;

@@ -5,6 +5,7 @@ use super::encounter::Encounter;
 use super::network::sampling::Sampling;
 use super::sensor::{Family, Sensor};
 use super::step::Weighing;
+use super::tuning::Tuning;
 use crate::flights::flight::Flight;
 use crate::flights::volume::Volume;
 use crate::random_source::RandomSource;
@@ -49,6 +50,8 @@ pub struct Recipe {
     pub volume: Volume,
     /// Which hypotheses the trained filter weighs.
     pub weighing: Weighing,
+    /// How a shipped model is tuned; `None` trains a new one.
+    pub tuning: Option<Tuning>,
 }
 
 impl Recipe {
@@ -68,6 +71,7 @@ impl Recipe {
         augmentation: Augmentation::DEFAULT,
         volume: Volume::PAPER,
         weighing: Weighing::Nominal,
+        tuning: None,
     };
 
     /// The shipped counter-UAS model's: drones of up to 25 m/s at 0.3 to 3 km.
@@ -90,6 +94,16 @@ impl Recipe {
         volume: Volume::COUNTER_UAS,
         ..Self::DEFAULT
     };
+
+    /// The same recipe for tuning a model on own flights.
+    pub fn tuned(self, tuning: Tuning) -> Self {
+        Self {
+            episodes: 300,
+            rate: 1e-3,
+            tuning: Some(tuning),
+            ..self
+        }
+    }
 
     /// What the model is said to be trained for.
     pub fn bounds(&self) -> Bounds<f64> {

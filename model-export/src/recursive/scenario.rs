@@ -9,6 +9,7 @@ use crate::radar::noise::{COUNTER_UAS_ANGLES_DEG, NoiseLevel, NoiseSigmas, Noise
 use crate::radar::sampling::{RadarSettings, sample_radar};
 use crate::random_source::RandomSource;
 use crate::seed::name_id;
+use bnkf::recursive::envelope::Bounds;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
@@ -28,6 +29,22 @@ pub enum Scenario {
 }
 
 impl Scenario {
+    /// The scenario whose models have these bounds.
+    pub fn of(bounds: &Bounds<f64>) -> Option<Self> {
+        let single = |x: f64| f64::from(x as f32);
+        let alike = |scenario: &Self| {
+            let own = scenario.recipe().bounds();
+            let own = Bounds {
+                speed_max_mps: single(own.speed_max_mps),
+                acceleration_max_mps2: single(own.acceleration_max_mps2),
+                range_m: own.range_m.map(single),
+                elevation_rad: own.elevation_rad.map(single),
+            };
+            own == *bounds
+        };
+        [Self::Paper, Self::CounterUas].into_iter().find(alike)
+    }
+
     /// How its shipped model is trained.
     pub fn recipe(self) -> Recipe {
         match self {

@@ -5,6 +5,7 @@ use super::checkpoint::{Checkpoint, CheckpointError};
 use super::encounter::Encounter;
 use super::model::RecursiveModel;
 use super::network::Network;
+use super::network::anchor::Anchor;
 use super::network::gradient::Gradient;
 use super::network::sampling::Sampling;
 use super::normalisation::Normalisation;
@@ -12,6 +13,7 @@ use super::population::population_of;
 use super::recipe::Recipe;
 use super::step::{Weighing, advance, features_of};
 use super::step_programs::Programs;
+use super::tuning::refitted;
 use super::unrolled::{Unrolled, WindowLoss};
 use crate::autodiff::lanes::LANES;
 use crate::flights::data_hash::of_flights;
@@ -77,6 +79,18 @@ pub struct Training<'f> {
     pub episode: u64,
     programs: Programs,
     flights: &'f [Flight],
+    own: Option<Own<'f>>,
+}
+
+/// What tuning learns from, beside the built-in flights.
+#[derive(Debug)]
+struct Own<'f> {
+    flights: &'f [Flight],
+    /// The recipe of their encounters.
+    recipe: Recipe,
+    anchor: Option<Anchor>,
+    /// Weight of the divergence from the anchor: one over the number of positions.
+    weight: f32,
 }
 
 /// What one episode cost.
@@ -98,12 +112,7 @@ impl<'f> Training<'f> {
     /// # Errors
     /// No usable flights, or a batch size that does not fill the lanes.
     pub fn new(recipe: Recipe, flights: &'f [Flight]) -> Result<Self, TrainingError> {
-        if recipe.flights == 0 || !recipe.flights.is_multiple_of(SHARDS * LANES) {
-            return Err(TrainingError::BatchSize {
-                flights: recipe.flights,
-                unit: SHARDS * LANES,
-            });
-        }
+        check_batch(&recipe)?;
         let population = population_of(flights).ok_or(TrainingError::NoFlights)?;
         let parameters = Parameters {
             population,
@@ -119,7 +128,63 @@ impl<'f> Training<'f> {
             normalisation,
             episode: 0,
             flights,
+            own: None,
         })
+    }
+
+    /// Goes on training `model` on `own` flights and on built-in `flights`, as `recipe.tuning` says.
+    ///
+    /// # Errors
+    /// As [`Self::new`]; without `own` flights or tuning in the recipe there are no flights.
+    pub fn tune(
+        recipe: Recipe,
+        flights: &'f [Flight],
+        own: &'f [Flight],
+        model: &RecursiveModel,
+    ) -> Result<Self, TrainingError> {
+        let tuning = recipe.tuning.clone().ok_or(TrainingError::NoFlights)?;
+        let model = refitted(model, own, tuning.place);
+        check_batch(&recipe)?;
+        if own.is_empty() || flights.is_empty() {
+            return Err(TrainingError::NoFlights);
+        }
+        let positions: usize = own.iter().map(|flight| flight.samples.len()).sum();
+        Ok(Self {
+            programs: Programs::new(&model.parameters, &model.normalisation, recipe.weighing),
+            own: Some(Own {
+                flights: own,
+                recipe: Recipe {
+                    augmentation: tuning.augmentation(),
+                    ..recipe.clone()
+                },
+                anchor: tuning.anchor(&model.network),
+                weight: 1.0 / positions as f32,
+            }),
+            network: model.network,
+            recipe,
+            parameters: model.parameters,
+            normalisation: model.normalisation,
+            episode: 0,
+            flights,
+        })
+    }
+
+    /// Goes on from a checkpoint of a tuning, to the same result as without the break.
+    ///
+    /// # Errors
+    /// As [`Self::resume`].
+    pub fn resume_tuning(
+        recipe: Recipe,
+        flights: &'f [Flight],
+        own: &'f [Flight],
+        model: &RecursiveModel,
+        checkpoint: &[u8],
+    ) -> Result<Self, ResumeError> {
+        let checkpoint = checked(checkpoint, &recipe, flights)?;
+        let mut training = Self::tune(recipe, flights, own, model)?;
+        training.network = checkpoint.network;
+        training.episode = checkpoint.episode;
+        Ok(training)
     }
 
     /// Goes on from a checkpoint, to the same result as without the break.
@@ -131,13 +196,7 @@ impl<'f> Training<'f> {
         flights: &'f [Flight],
         checkpoint: &[u8],
     ) -> Result<Self, ResumeError> {
-        let checkpoint = Checkpoint::parse(checkpoint)?;
-        if checkpoint.recipe != recipe {
-            return Err(ResumeError::OtherRecipe);
-        }
-        if checkpoint.flights_hash != of_flights(flights) {
-            return Err(ResumeError::OtherFlights);
-        }
+        let checkpoint = checked(checkpoint, &recipe, flights)?;
         let mut training = Self::new(recipe, flights)?;
         training.network = checkpoint.network;
         training.episode = checkpoint.episode;
@@ -170,18 +229,27 @@ impl<'f> Training<'f> {
         &self.programs
     }
 
+    /// What one lane of the present episode trains on.
+    fn encounter(&self, lane: usize) -> Option<Encounter> {
+        let population = &self.parameters.population;
+        // Lanes by turns, so that every group of lanes has both kinds.
+        if let (Some(own), Some(tuning)) = (&self.own, &self.recipe.tuning) {
+            let before = tuning.rehearsal * lane as f64;
+            if (before + tuning.rehearsal) as usize == before as usize {
+                return own
+                    .recipe
+                    .encounter(own.flights, population, self.episode, lane);
+            }
+        }
+        self.recipe
+            .encounter(self.flights, population, self.episode, lane)
+    }
+
     /// Trains on one batch of new flights, updating after every window.
     pub fn episode(&mut self) -> EpisodeReport {
         let encounters: Vec<Encounter> = (0..self.recipe.flights)
             .into_par_iter()
-            .filter_map(|lane| {
-                self.recipe.encounter(
-                    self.flights,
-                    &self.parameters.population,
-                    self.episode,
-                    lane,
-                )
-            })
+            .filter_map(|lane| self.encounter(lane))
             .collect();
         let batches = Batch::groups(&encounters);
         let shard_groups = batches.len().div_ceil(SHARDS);
@@ -240,10 +308,15 @@ impl<'f> Training<'f> {
             }
             let update = (self.episode * windows as u64 + window as u64) as f64;
             let share = update / (self.recipe.episodes * windows as u64) as f64;
+            if let Some(own) = &self.own
+                && let Some(anchor) = &own.anchor
+            {
+                anchor.pull(&self.network, own.weight, &mut gradient);
+            }
             let norm = self.network.update(
                 tier,
                 self.recipe.rate_at(update, share) as f32,
-                if self.recipe.sampling == Sampling::Nothing {
+                if self.recipe.sampling == Sampling::Nothing || self.own.is_some() {
                     0.0
                 } else {
                     self.recipe.kl_weight as f32
@@ -258,6 +331,29 @@ impl<'f> Training<'f> {
         report.surprise = total.sum / total.steps;
         report
     }
+}
+
+fn check_batch(recipe: &Recipe) -> Result<(), TrainingError> {
+    let unit = SHARDS * LANES;
+    if recipe.flights == 0 || !recipe.flights.is_multiple_of(unit) {
+        return Err(TrainingError::BatchSize {
+            flights: recipe.flights,
+            unit,
+        });
+    }
+    Ok(())
+}
+
+/// A checkpoint of this recipe and these flights.
+fn checked(bytes: &[u8], recipe: &Recipe, flights: &[Flight]) -> Result<Checkpoint, ResumeError> {
+    let checkpoint = Checkpoint::parse(bytes)?;
+    if checkpoint.recipe != *recipe {
+        return Err(ResumeError::OtherRecipe);
+    }
+    if checkpoint.flights_hash != of_flights(flights) {
+        return Err(ResumeError::OtherFlights);
+    }
+    Ok(checkpoint)
 }
 
 /// Mean and inverse deviation of every feature under the base model.

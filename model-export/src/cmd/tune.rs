@@ -1,0 +1,142 @@
+//! `model-export tune`: goes on training a shipped model on a user's own flights.
+
+use super::blob_file;
+use super::flight_source::FlightSource;
+use super::train::{Outcome, Run, TrainError, check_paths, checkpoint_path, threads};
+use super::train_recursive::{built_in, complete, write};
+use crate::blob::unrounded;
+use crate::flights::data_hash;
+use crate::interrupt::Interrupt;
+use crate::recursive::model::RecursiveModel;
+use crate::recursive::recipe::Recipe;
+use crate::recursive::scenario::Scenario;
+use crate::recursive::training::Training;
+use crate::recursive::tuning::{DURATION_MIN_S, Hold, Tuning, usable};
+use crate::regular_file;
+use bnkf::blob::Blob;
+use std::path::PathBuf;
+
+/// Longest file of unrounded weights that is read, bytes.
+const UNROUNDED_BYTES_MAX: u64 = 1 << 24;
+
+/// Goes on training a recursive model on your own flights, a few of which are enough.
+///
+/// Half of every batch is built-in flights, so that nothing is forgotten; the prior of every weight
+/// is the model's own posterior. MODEL.f32 must lie beside the model. Ctrl-C writes a checkpoint
+/// beside the output; --resume continues it to the same bytes.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Args {
+    /// The model to go on from
+    model: PathBuf,
+    #[command(flatten)]
+    source: FlightSource,
+    /// The blob to write; OUT.json (provenance) and OUT.f32 (unrounded weights) go beside it
+    #[arg(long, value_name = "OUT")]
+    out: PathBuf,
+    /// Batches of flights
+    #[arg(long, value_name = "N", default_value_t = TUNING_EPISODES, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    episodes: u64,
+    /// What holds the weights where they were, beside the built-in flights
+    #[arg(long, value_enum, default_value_t = Hold::Posterior)]
+    hold: Hold,
+    /// Share of every batch that is built-in flights
+    #[arg(long, value_name = "SHARE", default_value_t = 0.5, value_parser = share)]
+    rehearsal: f64,
+    /// Continues from OUT.checkpoint; everything else as in the interrupted command
+    #[arg(long)]
+    resume: bool,
+    /// Seed of noise and order
+    #[arg(long, default_value_t = Recipe::DEFAULT.seed)]
+    seed: u64,
+    /// Threads; their number does not change the result [default: all cores, at most 2]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..))]
+    threads: Option<u8>,
+}
+
+/// Episodes of a tuning by default.
+const TUNING_EPISODES: u64 = 300;
+
+fn share(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(share) if (0.0..=0.95).contains(&share) => Ok(share),
+        Ok(_) => Err("a share is 0 to 0.95".to_owned()),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// See [`TrainError`].
+pub fn run(args: &Args) -> Result<Outcome, TrainError> {
+    check_paths(&args.out, args.resume)?;
+    let bytes = blob_file::read(&args.model)?;
+    let path = unrounded::path_beside(&args.model);
+    let unusable = |cause| TrainError::Unrounded {
+        path: path.clone(),
+        cause,
+    };
+    let beside = regular_file::read(&path, UNROUNDED_BYTES_MAX)?;
+    let networks = unrounded::parse(&beside, &bytes).map_err(unusable)?;
+    let blob = Blob::parse(&bytes)?;
+    unrounded::check_shape(&networks, &blob).map_err(unusable)?;
+    let model = networks
+        .first()
+        .and_then(|weights| RecursiveModel::of_blob(&blob, weights))
+        .ok_or_else(|| TrainError::NotRecursive(args.model.clone()))?;
+    let scenario = Scenario::of(&model.parameters.bounds)
+        .ok_or_else(|| TrainError::NoScenario(args.model.clone()))?;
+    let mut named = args.source.load(args.seed)?;
+    named.flights = usable(named.flights);
+    if named.flights.is_empty() {
+        return Err(TrainError::TooShort(DURATION_MIN_S));
+    }
+    let familiar = built_in(&scenario.training_flights())?;
+    let tuning = Tuning {
+        hold: args.hold,
+        rehearsal: args.rehearsal,
+        ..Tuning::new(
+            data_hash::of_bytes(&bytes),
+            &named.flights,
+            args.source.place,
+        )
+    };
+    let recipe = Recipe {
+        seed: args.seed,
+        episodes: args.episodes,
+        sampling: model.sampling,
+        ..scenario.recipe().tuned(tuning)
+    };
+    eprintln!(
+        "{}: {} flights to learn from, beside {}",
+        named.source,
+        named.flights.len(),
+        familiar.source
+    );
+    let system = |error: &dyn std::fmt::Display| TrainError::System(error.to_string());
+    let pool = threads(args.threads).map_err(|error| system(&error))?;
+    let interrupt = Interrupt::catch().map_err(|error| system(&error))?;
+    let run = Run {
+        source: &args.source,
+        out: &args.out,
+        checkpoint: &checkpoint_path(&args.out),
+        resume: args.resume,
+        seed: args.seed,
+        interrupt: &interrupt,
+    };
+    pool.install(|| {
+        let mut training = match run.interrupted()? {
+            None => Training::tune(recipe, &familiar.flights, &named.flights, &model)?,
+            Some(bytes) => {
+                Training::resume_tuning(recipe, &familiar.flights, &named.flights, &model, &bytes)
+                    .map_err(|cause| run.unusable(cause))?
+            }
+        };
+        if complete(&run, &mut training)? == Outcome::Interrupted {
+            return Ok(Outcome::Interrupted);
+        }
+        write(&run, scenario, &named, &training)?;
+        run.forget_checkpoint()?;
+        Ok(Outcome::Written)
+    })
+}
