@@ -70,7 +70,7 @@ pub struct CellMetrics {
     pub diverged: u64,
     /// Readings that the method's gate rejected.
     pub rejected: u64,
-    /// Readings that the method started anew from.
+    /// Readings with which another track took over or the method started anew.
     pub restarted: u64,
     /// Steps at which the flight was not tracked: divergences, and steps after mostly rejections
     /// and restarts.
