@@ -61,6 +61,9 @@ pub struct PositionEstimate {
     pub nis: Option<Nis>,
     /// What became of the reading; `None` in a gap and for methods without a gate, which use all.
     pub fate: Option<Fate>,
+    /// The method says that the target is where, or moves as, it was not trained for; the firmware's
+    /// recursive tracker alone knows, see [`bnkf::Estimate::outside`].
+    pub outside: bool,
 }
 
 impl PositionEstimate {

@@ -96,6 +96,7 @@ fn score_or_hold(
     {
         let scored = ScoredStep {
             fate: estimate.fate,
+            outside: estimate.outside,
             ..ScoredStep::tracked(score)
         };
         return (*estimate, scored);
@@ -123,6 +124,7 @@ fn place_of(reading: &Reading) -> PositionEstimate {
         covariance_m2: Matrix3::identity() * reading.sigma_range_m.powi(2),
         nis: None,
         fate: None,
+        outside: false,
     }
 }
 
@@ -165,6 +167,7 @@ mod tests {
             covariance_m2: Matrix3::identity() * variance_m2,
             nis: None,
             fate: None,
+            outside: x > 3.0,
         }
     }
 
@@ -202,6 +205,8 @@ mod tests {
         let not_tracked = steps.iter().map(|step| step.scored.not_tracked);
         assert!(not_tracked.eq(diverged));
         assert_eq!(steps[0].scored.score.mahalanobis_squared, 0.25);
+        let outside: Vec<_> = steps.iter().map(|step| step.scored.outside).collect();
+        assert_eq!(outside, [false, false, false, false, true]);
         let gaps: Vec<_> = steps.iter().map(|step| step.in_gap).collect();
         assert_eq!(gaps, [false, false, true, false, false]);
     }

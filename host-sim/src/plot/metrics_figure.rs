@@ -298,6 +298,7 @@ mod tests {
                         rejected: 0,
                         restarted: 0,
                         not_tracked: 0,
+                        outside: 0,
                     };
                     cells.push(Cell {
                         method,

@@ -164,6 +164,7 @@ fn cells_csv(cells: &[CellSummary]) -> Vec<u8> {
         "rejected",
         "restarted",
         "not_tracked",
+        "outside",
         "flights_not_tracked",
         "tuned_on",
     ];
@@ -281,6 +282,7 @@ fn variations_csv(cells: &[VariedCell]) -> Vec<u8> {
         "rejected",
         "restarted",
         "not_tracked",
+        "outside",
     ];
     let row = |cell: &VariedCell| {
         let m = &cell.metrics;
@@ -313,13 +315,14 @@ fn bounds_csv(floors: &[Floor]) -> Vec<u8> {
     )
 }
 
-/// Divergences, rejections, restarts, steps not tracked.
-fn counts(metrics: &CellMetrics) -> [String; 4] {
+/// Divergences, rejections, restarts, steps not tracked, steps outside.
+fn counts(metrics: &CellMetrics) -> [String; 5] {
     [
         metrics.diverged,
         metrics.rejected,
         metrics.restarted,
         metrics.not_tracked,
+        metrics.outside,
     ]
     .map(|count| count.to_string())
 }

@@ -3,7 +3,7 @@
   const data = JSON.parse(document.getElementById("data").textContent);
 
   // Headline table: the same cells in another measure.
-  const counts = ["diverged", "rejected", "restarted", "not_tracked"];
+  const counts = ["diverged", "rejected", "restarted", "not_tracked", "outside"];
   const text = (value, measure) => {
     if (value === null) return "-";
     if (measure === "coverage90") return (100 * value).toFixed(1) + "%";

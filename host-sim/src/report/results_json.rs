@@ -156,6 +156,7 @@ mod tests {
             "nees_mean",
             "noise",
             "not_tracked",
+            "outside",
             "rate",
             "rejected",
             "restarted",

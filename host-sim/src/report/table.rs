@@ -6,10 +6,10 @@ use crate::scoring::cell::Cell;
 
 /// The table of `cells`, which are grouped by noise level and rate in their order. The smallest
 /// mean ED of a block carries a star. Refused are estimates that were refused or unusable, untracked
-/// are steps as [`crate::contest::loss`] has them.
+/// are steps as [`crate::contest::loss`] has them, outside are those that the method was not trained for.
 pub fn render(cells: &[Cell]) -> String {
     let mut text = format!(
-        "{:<16}{:>11}{:>11}{:>9}{:>11}{:>10}{:>14}{:>9}{:>9}{:>10}{:>10}\n{:<16}{:>11}{:>11}{:>9}{:>11}{:>10}{:>14}{:>9}{:>9}{:>10}{:>10}\n",
+        "{:<16}{:>11}{:>11}{:>9}{:>11}{:>10}{:>14}{:>9}{:>9}{:>10}{:>10}{:>9}\n{:<16}{:>11}{:>11}{:>9}{:>11}{:>10}{:>14}{:>9}{:>9}{:>10}{:>10}{:>9}\n",
         "method",
         "ED mean",
         "ED median",
@@ -21,6 +21,7 @@ pub fn render(cells: &[Cell]) -> String {
         "rejected",
         "restarted",
         "untracked",
+        "outside",
         "",
         "m",
         "m",
@@ -28,6 +29,7 @@ pub fn render(cells: &[Cell]) -> String {
         "(3)",
         "(90%)",
         "m^6",
+        "steps",
         "steps",
         "steps",
         "steps",
@@ -55,7 +57,7 @@ pub fn render(cells: &[Cell]) -> String {
             line(
                 &mut text,
                 format_args!(
-                    "  {method:<14}{:>10}{star}{:>11}{:>9}{:>11}{:>10}{:>14}{:>9}{:>9}{:>10}{:>10}",
+                    "  {method:<14}{:>10}{star}{:>11}{:>9}{:>11}{:>10}{:>14}{:>9}{:>9}{:>10}{:>10}{:>9}",
                     number(metrics.ed_mean_m),
                     number(metrics.ed_median_m),
                     number(metrics.d_mean),
@@ -66,6 +68,7 @@ pub fn render(cells: &[Cell]) -> String {
                     metrics.rejected,
                     metrics.restarted,
                     metrics.not_tracked,
+                    metrics.outside,
                 ),
             );
         }
@@ -117,6 +120,7 @@ mod tests {
             rejected: 30,
             restarted: 10,
             not_tracked: 41,
+            outside: 7,
         };
         Cell {
             method,
@@ -135,7 +139,7 @@ mod tests {
         ]);
         let lines: Vec<_> = text.lines().collect();
         assert_eq!(lines[3], "low noise, rate 0.50, 149 steps");
-        let ekf = "  EKF                0.500       0.200    1.500     1.23e5     87.5%       3.00e-8        2       30        10        41";
+        let ekf = "  EKF                0.500       0.200    1.500     1.23e5     87.5%       3.00e-8        2       30        10        41        7";
         assert_eq!(lines[4], ekf);
         assert!(lines[5].starts_with("  BNKF               0.250* "));
         assert_eq!(lines[7], "high noise, rate 0.50, 149 steps");

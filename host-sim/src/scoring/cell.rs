@@ -33,6 +33,8 @@ pub struct ScoredStep {
     pub fate: Option<Fate>,
     /// The flight was not tracked at this step; see [`crate::contest::loss`].
     pub not_tracked: bool,
+    /// The method answered, and said that it was not trained for this.
+    pub outside: bool,
 }
 
 impl ScoredStep {
@@ -43,6 +45,7 @@ impl ScoredStep {
             diverged: false,
             fate: None,
             not_tracked: false,
+            outside: false,
         }
     }
 }
@@ -75,6 +78,8 @@ pub struct CellMetrics {
     /// Steps at which the flight was not tracked: divergences, and steps after mostly rejections
     /// and restarts.
     pub not_tracked: u64,
+    /// Steps outside what the method was trained for, by its own word; of methods that do not know none.
+    pub outside: u64,
 }
 
 impl CellMetrics {
@@ -101,6 +106,7 @@ impl CellMetrics {
             rejected: counted(|step| step.fate == Some(Fate::Rejected)),
             restarted: counted(|step| step.fate == Some(Fate::Restarted)),
             not_tracked: counted(|step| step.not_tracked),
+            outside: counted(|step| step.outside),
         }
     }
 }
@@ -154,15 +160,19 @@ mod tests {
             gated(Some(Fate::Rejected), true),
             gated(Some(Fate::Restarted), true),
             gated(Some(Fate::Rejected), false),
-            gated(None, true),
+            ScoredStep {
+                outside: true,
+                ..gated(None, true)
+            },
         ]);
         let counts = [
             cell.diverged,
             cell.rejected,
             cell.restarted,
             cell.not_tracked,
+            cell.outside,
         ];
-        assert_eq!(counts, [0, 2, 1, 3]);
+        assert_eq!(counts, [0, 2, 1, 3, 1]);
     }
 
     #[test]
