@@ -1,5 +1,6 @@
 //! What is kept of one scored step.
 
+use bnkf_model_export::scoring::step_score::StepScore;
 use serde::{Deserialize, Serialize};
 
 use crate::contest::track::TrackStep;
@@ -7,7 +8,6 @@ use crate::contest::tuned_on::TunedOn;
 use crate::filter::{Fate, Nis};
 use crate::method::Method;
 use crate::scoring::cell::ScoredStep;
-use crate::scoring::metrics::StepScore;
 use crate::scoring::phase::Phase;
 
 /// One scored step of one method.

@@ -3,13 +3,13 @@
 use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::radar::reading::Reading;
 use bnkf_model_export::radar::sampling::time_us;
+use bnkf_model_export::scoring::step_score::StepScore;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::baseline::sensor::cartesian;
 use crate::contest::loss::Loss;
 use crate::filter::{Filter, FilterError, Nis, PositionEstimate, Start};
 use crate::scoring::cell::ScoredStep;
-use crate::scoring::metrics::StepScore;
 
 /// What a filter said about one sample of a flight.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,8 +2,9 @@
 
 use bnkf::blob::Blob;
 use bnkf::{Correction, Estimate, Measurement, Mode, Settings, StepError, Tracker, TrackerError};
+use bnkf_model_export::call::Call;
 use bnkf_model_export::radar::reading::Reading;
-use nalgebra::{Matrix3, Vector3};
+use bnkf_model_export::scoring::position::position;
 
 use crate::filter::{Fate, Filter, FilterError, Nis, PositionEstimate, Start};
 
@@ -34,11 +35,10 @@ impl<'a> TrackerFilter<'a> {
             // A recursive filter measures its velocity too.
             degrees: if estimate.motion.is_some() { 4 } else { 3 },
         };
+        let (position_m, covariance_m2) = position(&estimate);
         Ok(PositionEstimate {
-            position_m: Vector3::from(estimate.position_m).map(f64::from),
-            covariance_m2: Matrix3::from_fn(|row, column| {
-                f64::from(estimate.covariance_m2[row][column])
-            }),
+            position_m,
+            covariance_m2,
             nis: (corrected && estimate.mode == Mode::Tracking).then_some(nis),
             fate: match estimate.mode {
                 Mode::Started | Mode::Tracking => Some(Fate::Used),
@@ -63,10 +63,8 @@ impl Filter for TrackerFilter<'_> {
         time_us: u64,
         reading: Option<&Reading>,
     ) -> Result<PositionEstimate, FilterError> {
-        let answer = match reading {
-            Some(reading) => self.tracker.step(&Measurement::from(reading)),
-            None => self.tracker.coast(time_us),
-        };
+        let call = Call::new(time_us, reading.map(Measurement::from));
+        let answer = call.answer(&mut self.tracker);
         self.position_estimate(answer)
     }
 }

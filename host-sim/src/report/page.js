@@ -16,7 +16,7 @@
   const distance = {
     ed_mean_m: v => v, ed_median_m: v => v,
     nees_mean: v => Math.abs(Math.log(v / 3)), d_mean: v => Math.abs(Math.log(v / 1.596)),
-    coverage90: v => Math.abs(v - 0.9), det_p_median_m6: () => 0,
+    coverage90: v => Math.abs(v - 0.9), nll: v => v, det_p_median_m6: () => 0,
   };
   const show = measure => {
     for (const button of document.querySelectorAll("#measures button")) {

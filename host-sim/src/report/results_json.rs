@@ -154,6 +154,7 @@ mod tests {
             "ed_median_m",
             "method",
             "nees_mean",
+            "nll",
             "noise",
             "not_tracked",
             "outside",
