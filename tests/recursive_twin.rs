@@ -12,6 +12,7 @@ use bnkf::recursive::parameters::Parameters;
 use bnkf::recursive::population::Population;
 use bnkf::recursive::schedule::OUTPUTS;
 use bnkf::{Estimate, Measurement, Mode, Settings, Tracker};
+use bnkf_model_export::call::Call;
 use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::flights::generator::{GeneratorSettings, generate};
 use bnkf_model_export::radar::gaps::SamplingRate;
@@ -95,11 +96,8 @@ fn single_precision_follows_the_double_precision_twin() {
                 let measurement = reading.as_ref().map(Measurement::from);
                 let expected = twin.step(measurement.as_ref(), (now_us - last_us) as f64 * 1e-6);
                 last_us = now_us;
-                let estimate = match &measurement {
-                    Some(measurement) => tracker.step(measurement),
-                    None => tracker.coast(now_us),
-                };
-                let estimate = estimate.expect("a step");
+                let call = Call::new(now_us, measurement);
+                let estimate = call.answer(&mut tracker).expect("a step");
                 assert_ne!(estimate.mode, Mode::Restarted);
                 coasted += usize::from(estimate.mode == Mode::Coasting);
                 let (shift, variance) = difference(&estimate, &expected);

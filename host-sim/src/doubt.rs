@@ -9,7 +9,6 @@ use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::radar::noise::NoiseLevel;
 use bnkf_model_export::recursive::committee::{Committee, Followed};
 use bnkf_model_export::recursive::scenario::Scenario;
-use bnkf_model_export::recursive::score::QUANTILE_90_DOF_3;
 use bnkf_model_export::seed;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -127,10 +126,10 @@ impl FlightSums {
     fn of(steps: &[Followed]) -> Self {
         let sum = |value: fn(&Followed) -> f64| FlightSum::of(steps.iter().map(value));
         Self {
-            distance: sum(|step| step.distance_m),
-            nees: sum(|step| step.nees),
-            covered: sum(|step| f64::from(u8::from(step.nees < QUANTILE_90_DOF_3))),
-            surprise: sum(|step| step.surprise),
+            distance: sum(|step| step.score.error_m),
+            nees: sum(|step| step.score.mahalanobis_squared),
+            covered: sum(|step| f64::from(u8::from(step.score.covered_90()))),
+            surprise: sum(|step| step.score.negative_log_likelihood()),
             jerk: sum(|step| step.jerk_variance),
             share: sum(|step| step.noise_share),
         }

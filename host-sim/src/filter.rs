@@ -32,7 +32,7 @@ pub enum Fate {
     Used,
     /// It lay outside the gate and was not used.
     Rejected,
-    /// The filter started anew from it.
+    /// With it another track took over, or the filter started anew.
     Restarted,
 }
 
@@ -61,6 +61,16 @@ pub struct PositionEstimate {
     pub nis: Option<Nis>,
     /// What became of the reading; `None` in a gap and for methods without a gate, which use all.
     pub fate: Option<Fate>,
+    /// The method says that the target is where, or moves as, it was not trained for; the firmware's
+    /// recursive tracker alone knows, see [`bnkf::Estimate::outside`].
+    pub outside: bool,
+}
+
+impl PositionEstimate {
+    /// Whether its innovation, if there is one, is below `limit`.
+    pub fn nis_is_below(&self, limit: f64) -> bool {
+        self.nis.is_none_or(|nis| nis.value < limit)
+    }
 }
 
 /// Why a filter has no estimate.

@@ -4,6 +4,5 @@ pub mod bootstrap;
 pub mod cell;
 pub mod chi_square;
 pub mod consistency;
-pub mod metrics;
 pub mod paired;
 pub mod phase;

@@ -4,9 +4,10 @@
 //! A script of calls is run from a fresh track; a part of it is then changed, and the change kept if
 //! the worst covariance of the run came nearer to being singular.
 
+use crate::call::Call;
 use crate::random_source::RandomSource;
 use crate::seed::name_id;
-use crate::soundness::{Call, is_definite, is_finite, is_lost, is_true};
+use crate::soundness::{is_definite, is_finite, is_lost, is_true};
 use bnkf::blob::Blob;
 use bnkf::estimate::{Estimate, Mode};
 use bnkf::{Measurement, Sensed, Settings, Tracker, TrackerError};
@@ -150,12 +151,8 @@ fn run(tracker: &mut Tracker<'_>, script: &[Move]) -> Found {
                 range_rate,
             })
         };
-        let answer = match &call {
-            Call::Coast(time_us) => tracker.coast(*time_us),
-            Call::Step(measurement) => tracker.step(measurement),
-        };
         found.calls += 1;
-        let estimate = match answer {
+        let estimate = match call.answer(tracker) {
             Ok(estimate) => estimate,
             Err(error) => {
                 found.refused += 1;

@@ -1,7 +1,8 @@
 //! What must be true of every estimate that leaves the firmware's tracker.
 
+use crate::call::Call;
+use bnkf::StepError;
 use bnkf::estimate::{Estimate, Mode, Motion};
-use bnkf::{Measurement, StepError};
 use nalgebra::{Matrix3, SMatrix};
 
 /// Whether every number is finite.
@@ -39,15 +40,6 @@ pub fn is_definite(estimate: &Estimate) -> bool {
         && position.cholesky().is_some()
         && position.map(f64::from).cholesky().is_some()
         && estimate.motion.as_ref().is_none_or(motion)
-}
-
-/// What was asked of a tracker.
-#[derive(Clone, Copy, Debug)]
-pub enum Call {
-    /// A step with this measurement.
-    Step(Measurement),
-    /// A coast to this time, microseconds.
-    Coast(u64),
 }
 
 /// Whether mode and time say what happened: a coast coasts, a step does not; a rejected measurement

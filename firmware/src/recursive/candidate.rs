@@ -19,14 +19,14 @@ use crate::measurement::{Measurement, Vectors};
 pub const AGREEING: u8 = 3;
 /// Normalised innovation squared up to which a measurement agrees with a candidate: by chance
 /// (chi-square, four degrees of freedom) a true one exceeds it once in a thousand.
-const AGREEMENT_NIS: f32 = 18.5;
+pub const AGREEMENT_NIS: f32 = 18.5;
 /// Measurements in a row that do not agree after which a candidate is given up.
-const MISSES_MAX: u8 = 2;
+pub const MISSES_MAX: u8 = 2;
 /// Time without agreement after which a candidate is given up, s.
-const AGE_MAX_S: f32 = 5.0;
+pub const AGE_MAX_S: f32 = 5.0;
 /// Deviations of the population's range that a candidate's position may be unsure by. Beyond it
 /// nearly anything would agree with it.
-const UNSURE_MAX: f32 = 2.0;
+pub const UNSURE_MAX: f32 = 2.0;
 
 /// A track that may take over.
 #[derive(Clone, Copy, Debug)]

@@ -1,10 +1,14 @@
 //! A gate before a filter, as the firmware's recursive tracker has one: a reading far outside what
-//! was expected is not used, and after three of them in a row the filter starts anew.
+//! was expected is not used, and a second track of such readings takes over when enough of them
+//! agree with each other.
 
-use bnkf::recursive::AGREEING as REJECTIONS_MAX;
+use std::mem;
+
+use bnkf::recursive::AGREEING;
+use bnkf::recursive::candidate::UNSURE_MAX;
 use bnkf_model_export::radar::reading::Reading;
-use nalgebra::Vector3;
 
+use super::candidate::{Candidate, Track, Verdict};
 use crate::filter::{Fate, Filter, FilterError, PositionEstimate, Start};
 
 /// Normalised innovation squared from which a reading is not used.
@@ -13,25 +17,63 @@ const GATE_NIS: f64 = bnkf::recursive::correction::GATE_NIS;
 /// `F` behind a gate. Readings without an innovation pass.
 #[derive(Clone, Debug)]
 pub struct Gated<F> {
-    filter: F,
+    track: Track<F>,
+    /// Readings in a row that the track rejected.
     rejections: u8,
+    candidate: Option<Candidate<F>>,
+    /// See [`Candidate::meet`].
+    unsure_max_m: f64,
 }
 
 impl<F> Gated<F> {
     /// A gate before `filter`, which starts from a reading and not from the truth: nobody knows
-    /// that when a filter starts anew.
-    pub fn new(filter: F) -> Self {
+    /// that when a filter starts anew. Ranges of the population deviate by `range_sigma_m`.
+    pub fn new(filter: F, range_sigma_m: f64) -> Self {
         Self {
-            filter,
+            track: Track {
+                filter,
+                time_us: 0,
+                used: 0,
+            },
             rejections: 0,
+            candidate: None,
+            unsure_max_m: f64::from(UNSURE_MAX) * range_sigma_m,
         }
+    }
+}
+
+impl<F: Filter + Clone> Gated<F> {
+    /// Shows the candidate a reading that the track rejected; its estimate if it took over. The old
+    /// track then is the candidate.
+    fn replaced(&mut self, reading: &Reading) -> Option<PositionEstimate> {
+        let unsure_max_m = self.unsure_max_m;
+        let met = self.candidate.as_mut();
+        let verdict = met.map_or(Verdict::Over, |met| met.meet(reading, unsure_max_m));
+        if verdict == Verdict::Over {
+            self.candidate = Candidate::start(&self.track.filter, reading);
+        }
+        let Verdict::Agreed(estimate) = verdict else {
+            return None;
+        };
+        let (rejections, used) = (self.rejections, self.track.used);
+        let candidate = self
+            .candidate
+            .take_if(|candidate| rejections >= AGREEING || candidate.track().used > used)?;
+        let old = mem::replace(&mut self.track, candidate.into_track());
+        self.candidate = Some(Candidate::deposed(old));
+        self.rejections = 0;
+        Some(estimate)
     }
 }
 
 impl<F: Filter + Clone> Filter for Gated<F> {
     fn start(&mut self, start: &Start<'_>) -> Result<PositionEstimate, FilterError> {
         self.rejections = 0;
-        self.filter.start(start)
+        self.candidate = None;
+        let estimate = self.track.filter.start(start)?;
+        self.track.time_us = start.reading.time_us;
+        self.track.used = 1;
+        Ok(estimate)
     }
 
     fn step(
@@ -40,42 +82,37 @@ impl<F: Filter + Clone> Filter for Gated<F> {
         reading: Option<&Reading>,
     ) -> Result<PositionEstimate, FilterError> {
         let Some(reading) = reading else {
-            return self.filter.step(time_us, None);
+            return self.track.step(time_us, None);
         };
-        let mut after = self.filter.clone();
+        let mut after = self.track.clone();
         let estimate = after.step(time_us, Some(reading))?;
-        if estimate.nis.is_none_or(|nis| nis.value < GATE_NIS) {
-            self.filter = after;
+        if estimate.nis_is_below(GATE_NIS) {
+            self.track = after;
             self.rejections = 0;
             return Ok(PositionEstimate {
                 fate: Some(Fate::Used),
                 ..estimate
             });
         }
-        self.rejections += 1;
-        if self.rejections < REJECTIONS_MAX {
-            let coasted = self.filter.step(time_us, None)?;
+        let coasted = self.track.step(time_us, None)?;
+        self.rejections = self.rejections.saturating_add(1);
+        if let Some(taken_over) = self.replaced(reading) {
             return Ok(PositionEstimate {
-                nis: estimate.nis,
-                fate: Some(Fate::Rejected),
-                ..coasted
+                nis: None,
+                fate: Some(Fate::Restarted),
+                ..taken_over
             });
         }
-        let nowhere = Vector3::repeat(f64::NAN);
-        let anew = self.start(&Start {
-            reading,
-            true_position_m: nowhere,
-            true_velocity_mps: nowhere,
-        })?;
         Ok(PositionEstimate {
-            fate: Some(Fate::Restarted),
-            ..anew
+            nis: estimate.nis,
+            fate: Some(Fate::Rejected),
+            ..coasted
         })
     }
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use bnkf_model_export::radar::reading::Reading;
     use nalgebra::Vector3;
 
@@ -85,8 +122,8 @@ mod tests {
     use crate::baseline::prior::tests::PRIOR;
     use crate::filter::{Fate, Filter, PositionEstimate, Start};
 
-    /// A target that stands 30 m to the east.
-    fn reading(time_us: u64, azimuth_rad: f64) -> Reading {
+    /// A target that stands 30 m away.
+    pub fn reading(time_us: u64, azimuth_rad: f64) -> Reading {
         Reading {
             time_us,
             range_m: 30.0,
@@ -100,19 +137,28 @@ mod tests {
         }
     }
 
+    /// Twenty readings of a target in the east, 0.1 s apart.
     fn started() -> Gated<Imm<10>> {
-        let mut filter = Gated::new(Imm::wide(Origin::Population(PRIOR)));
+        let mut filter = Gated::new(Imm::wide(Origin::Population(PRIOR)), PRIOR.range_m.sigma);
         let start = Start {
             reading: &reading(0, 0.0),
             true_position_m: Vector3::repeat(f64::NAN),
             true_velocity_mps: Vector3::repeat(f64::NAN),
         };
         assert!(filter.start(&start).is_ok());
-        for step in 1..20 {
-            let reading = reading(step * 100_000, 0.0);
-            assert!(filter.step(reading.time_us, Some(&reading)).is_ok());
-        }
+        assert_eq!(fates(&mut filter, 1, &[0.0; 19]), [Fate::Used; 19]);
         filter
+    }
+
+    /// What becomes of readings at these azimuths, the first of them at a step's number.
+    fn fates(filter: &mut Gated<Imm<10>>, step: u64, azimuths_rad: &[f64]) -> Vec<Fate> {
+        let mut fates = Vec::new();
+        for (azimuth_rad, step) in azimuths_rad.iter().zip(step..) {
+            let reading = reading(step * 100_000, *azimuth_rad);
+            let answer = filter.step(reading.time_us, Some(&reading)).unwrap();
+            fates.extend(answer.fate);
+        }
+        fates
     }
 
     #[test]
@@ -129,15 +175,61 @@ mod tests {
         }
         let third = reading(2_200_000, 2.0);
         let anew = gated.step(third.time_us, Some(&third)).unwrap();
-        assert_eq!(anew.fate, Some(Fate::Restarted));
+        assert_eq!((anew.fate, anew.nis), (Some(Fate::Restarted), None));
         let bearing_rad = anew.position_m.y.atan2(anew.position_m.x);
-        assert!((bearing_rad - 2.0).abs() < 0.05, "{bearing_rad}");
+        assert!((bearing_rad - 2.0).abs() < 0.02, "{bearing_rad}");
+        assert_eq!(fates(&mut gated, 23, &[2.0; 3]), [Fate::Used; 3]);
+    }
+
+    #[test]
+    fn scattered_false_alarms_never_steal_the_track() {
+        let mut gated = started();
+        let scattered = [2.0, -2.0, 1.0, 3.0, -1.0, 2.5, -2.5, 1.5, -0.5];
+        assert_eq!(fates(&mut gated, 20, &scattered), [Fate::Rejected; 9]);
+        assert_eq!(fates(&mut gated, 29, &[0.0; 3]), [Fate::Used; 3]);
+    }
+
+    #[test]
+    fn a_ghost_that_alternates_with_the_target_does_not_take_over() {
+        let mut gated = started();
+        let alternating: Vec<f64> = [2.0, 0.0].repeat(20);
+        let expected = [Fate::Rejected, Fate::Used].repeat(20);
+        assert_eq!(fates(&mut gated, 20, &alternating), expected);
+    }
+
+    #[test]
+    fn a_ghost_that_took_over_does_not_keep_the_track() {
+        let mut gated = started();
+        let [rejected, used, restarted] = [Fate::Rejected, Fate::Used, Fate::Restarted];
+        assert_eq!(
+            fates(&mut gated, 20, &[2.0; 4]),
+            [rejected, rejected, restarted, used]
+        );
+        // The target has the longer record: three of its readings suffice, one at a time.
+        let back = fates(&mut gated, 24, &[0.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0]);
+        assert_eq!(
+            back,
+            [rejected, used, rejected, used, restarted, used, used]
+        );
+    }
+
+    #[test]
+    fn a_start_forgets_the_candidate() {
+        let mut gated = started();
+        assert_eq!(fates(&mut gated, 20, &[2.0; 2]), [Fate::Rejected; 2]);
+        let start = Start {
+            reading: &reading(2_200_000, 0.0),
+            true_position_m: Vector3::zeros(),
+            true_velocity_mps: Vector3::zeros(),
+        };
+        assert!(gated.start(&start).is_ok());
+        assert_eq!(fates(&mut gated, 23, &[2.0; 2]), [Fate::Rejected; 2]);
     }
 
     #[test]
     fn a_likely_reading_counts_as_without_a_gate() {
         let mut gated = started();
-        let mut plain = gated.filter.clone();
+        let mut plain = gated.track.filter.clone();
         let near = reading(2_000_000, 0.005);
         let answer = gated.step(near.time_us, Some(&near)).unwrap();
         let used = PositionEstimate {

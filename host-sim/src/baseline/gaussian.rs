@@ -49,6 +49,7 @@ impl<const N: usize> Gaussian<N> {
             covariance_m2: self.covariance.fixed_view::<3, 3>(0, 0).into_owned(),
             nis,
             fate: None,
+            outside: false,
         })
     }
 }

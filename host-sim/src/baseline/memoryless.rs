@@ -44,6 +44,7 @@ impl Rule {
                 covariance_m2: prior.position_covariance_m2.into(),
                 nis: None,
                 fate: None,
+                outside: false,
             },
             Self::ConstantRange => {
                 let range = prior.range_m;
@@ -72,6 +73,7 @@ fn converted(
         covariance_m2: symmetric(&(j * variance * j.transpose())),
         nis: None,
         fate: None,
+        outside: false,
     }
 }
 

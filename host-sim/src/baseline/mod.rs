@@ -5,6 +5,7 @@
 
 pub mod bank;
 pub mod bound;
+pub mod candidate;
 pub mod clock;
 pub mod correction;
 pub mod discrete;

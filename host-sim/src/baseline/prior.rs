@@ -164,6 +164,7 @@ impl PopulationPrior {
             covariance_m2: symmetric(&covariance),
             nis: None,
             fate: None,
+            outside: false,
         }
     }
 

@@ -11,6 +11,7 @@ use bnkf_model_export::radar::gaps::SamplingRate;
 use bnkf_model_export::radar::noise::NoiseSigmas;
 use bnkf_model_export::radar::reading::Reading;
 use bnkf_model_export::radar::sampling::{RadarSettings, sample_radar, time_us};
+use bnkf_model_export::scoring::step_score::StepScore;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -24,7 +25,6 @@ use super::rao_blackwell::RaoBlackwell;
 use super::simplex::{Vertex, minimise};
 use super::singer::Singer;
 use crate::filter::{Filter, Start};
-use crate::scoring::metrics::StepScore;
 
 /// Parameters of the tuned filters at one noise level.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -247,17 +247,12 @@ fn score(filter: &mut impl Filter, recording: &Recording<'_>) -> f64 {
             let truth = sample.position_m.into();
             StepScore::new(&estimate.position_m, &estimate.covariance_m2, &truth)
                 .map_or(SCORE_MAX, |score| {
-                    negative_log_density(&score).min(SCORE_MAX)
+                    score.negative_log_likelihood().min(SCORE_MAX)
                 })
         });
         steps += 1;
     }
     sum / f64::from(steps.max(1))
-}
-
-/// `-ln N(truth; estimate, covariance)` in three dimensions.
-fn negative_log_density(score: &StepScore) -> f64 {
-    0.5 * (score.mahalanobis_squared + score.det_p_m6.ln() + 3.0 * core::f64::consts::TAU.ln())
 }
 
 #[cfg(test)]

@@ -195,6 +195,7 @@ mod tests {
             diverged: false,
             fate: None,
             not_tracked: false,
+            outside: false,
             error_m,
             mahalanobis_squared: error_m * error_m,
             det_p_m6: 1.0,

@@ -1,5 +1,6 @@
 //! What is kept of one scored step.
 
+use bnkf_model_export::scoring::step_score::StepScore;
 use serde::{Deserialize, Serialize};
 
 use crate::contest::track::TrackStep;
@@ -7,7 +8,6 @@ use crate::contest::tuned_on::TunedOn;
 use crate::filter::{Fate, Nis};
 use crate::method::Method;
 use crate::scoring::cell::ScoredStep;
-use crate::scoring::metrics::StepScore;
 use crate::scoring::phase::Phase;
 
 /// One scored step of one method.
@@ -23,6 +23,8 @@ pub struct StepRecord {
     pub fate: Option<Fate>,
     /// The flight was not tracked; see [`crate::contest::loss`].
     pub not_tracked: bool,
+    /// The method was not trained for this, by its own word.
+    pub outside: bool,
     /// Euclidean distance to the truth, metres.
     pub error_m: f64,
     /// Squared Mahalanobis distance.
@@ -64,6 +66,7 @@ impl From<&TrackStep> for StepRecord {
             diverged: step.scored.diverged,
             fate: step.scored.fate,
             not_tracked: step.scored.not_tracked,
+            outside: step.scored.outside,
             error_m,
             mahalanobis_squared,
             det_p_m6,
@@ -84,6 +87,7 @@ impl StepRecord {
             diverged: self.diverged,
             fate: self.fate,
             not_tracked: self.not_tracked,
+            outside: self.outside,
         }
     }
 

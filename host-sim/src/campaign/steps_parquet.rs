@@ -35,6 +35,7 @@ const SCHEMA: &str = "message step {
     optional int32 nis_degrees;
     optional binary fate (STRING);
     required boolean not_tracked;
+    required boolean outside;
     optional binary tuned_on (STRING);
 }";
 
@@ -102,6 +103,7 @@ impl StepsFile {
         let fates = rows.map(|row| row.step.fate.map(|fate| string(fate.label())));
         optional::<ByteArrayType>(&mut group, fates)?;
         column::<BoolType>(&mut group, rows.map(|row| row.step.not_tracked))?;
+        column::<BoolType>(&mut group, rows.map(|row| row.step.outside))?;
         let tunings = rows.map(|row| row.track.tuned_on.map(|on| string(on.label())));
         optional::<ByteArrayType>(&mut group, tunings)?;
         group.close()?;
@@ -215,6 +217,7 @@ mod tests {
             diverged: false,
             fate: nis.map(|_| Fate::Rejected),
             not_tracked: nis.is_none(),
+            outside: nis.is_some(),
             error_m: 0.1 + time_s,
             mahalanobis_squared: 3.5,
             det_p_m6: 1e-8,
@@ -275,8 +278,9 @@ mod tests {
         assert_eq!(rows[6].get_string(16).unwrap(), "rejected");
         assert!(last.get_string(16).is_err(), "a gap has no reading");
         assert!(last.get_bool(17).unwrap());
-        assert_eq!(last.get_string(18).unwrap(), "both");
-        assert!(rows[0].get_string(18).is_err(), "nothing was tuned");
+        assert!(rows[6].get_bool(18).unwrap() && !last.get_bool(18).unwrap());
+        assert_eq!(last.get_string(19).unwrap(), "both");
+        assert!(rows[0].get_string(19).is_err(), "nothing was tuned");
     }
 
     #[test]

@@ -122,6 +122,7 @@ mod tests {
             diverged: false,
             fate: None,
             not_tracked: false,
+            outside: false,
             error_m,
             mahalanobis_squared: 3.0,
             det_p_m6: 1.0,

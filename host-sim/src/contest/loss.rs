@@ -20,8 +20,6 @@ pub struct Loss {
 
 impl Loss {
     /// Takes note of an answer, which was `usable` or not; whether its step is not tracked.
-    ///
-    /// An estimate that says of itself that it is not to be trusted would be asked here.
     pub fn step(&mut self, answer: &Result<PositionEstimate, FilterError>, usable: bool) -> bool {
         if let Ok(PositionEstimate {
             fate: Some(fate), ..
@@ -50,6 +48,7 @@ mod tests {
             covariance_m2: Matrix3::identity(),
             nis: None,
             fate,
+            outside: false,
         })
     }
 

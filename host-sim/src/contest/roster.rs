@@ -208,13 +208,16 @@ fn tuning(tunings: &Tunings, table: NoiseTable, noise: NoiseLevel) -> &Tuning {
 
 impl Kind {
     fn filter(self, tuning: &Tuning, seed: u64) -> Box<dyn Filter> {
+        let range_sigma_m = tuning.prior.range_m.sigma;
         match self {
-            Self::Kalman(correction) => Box::new(Gated::new(tuning.kalman(correction))),
-            Self::Imm5 => Box::new(Gated::new(tuning.imm_five())),
-            Self::Imm10 => Box::new(Gated::new(Imm::wide(tuning.origin()))),
+            Self::Kalman(correction) => {
+                Box::new(Gated::new(tuning.kalman(correction), range_sigma_m))
+            }
+            Self::Imm5 => Box::new(Gated::new(tuning.imm_five(), range_sigma_m)),
+            Self::Imm10 => Box::new(Gated::new(Imm::wide(tuning.origin()), range_sigma_m)),
             Self::Particle => {
                 let particles = RaoBlackwell::new(tuning.singer, tuning.prior, seed);
-                Box::new(Gated::new(particles))
+                Box::new(Gated::new(particles, range_sigma_m))
             }
             Self::Rule(rule) => Box::new(Memoryless::new(rule, tuning.prior)),
         }

@@ -3,13 +3,13 @@
 use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::radar::reading::Reading;
 use bnkf_model_export::radar::sampling::time_us;
+use bnkf_model_export::scoring::step_score::StepScore;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::baseline::sensor::cartesian;
 use crate::contest::loss::Loss;
 use crate::filter::{Filter, FilterError, Nis, PositionEstimate, Start};
 use crate::scoring::cell::ScoredStep;
-use crate::scoring::metrics::StepScore;
 
 /// What a filter said about one sample of a flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,6 +96,7 @@ fn score_or_hold(
     {
         let scored = ScoredStep {
             fate: estimate.fate,
+            outside: estimate.outside,
             ..ScoredStep::tracked(score)
         };
         return (*estimate, scored);
@@ -123,6 +124,7 @@ fn place_of(reading: &Reading) -> PositionEstimate {
         covariance_m2: Matrix3::identity() * reading.sigma_range_m.powi(2),
         nis: None,
         fate: None,
+        outside: false,
     }
 }
 
@@ -165,6 +167,7 @@ mod tests {
             covariance_m2: Matrix3::identity() * variance_m2,
             nis: None,
             fate: None,
+            outside: x > 3.0,
         }
     }
 
@@ -202,6 +205,8 @@ mod tests {
         let not_tracked = steps.iter().map(|step| step.scored.not_tracked);
         assert!(not_tracked.eq(diverged));
         assert_eq!(steps[0].scored.score.mahalanobis_squared, 0.25);
+        let outside: Vec<_> = steps.iter().map(|step| step.scored.outside).collect();
+        assert_eq!(outside, [false, false, false, false, true]);
         let gaps: Vec<_> = steps.iter().map(|step| step.in_gap).collect();
         assert_eq!(gaps, [false, false, true, false, false]);
     }

@@ -2,8 +2,9 @@
 
 use bnkf::blob::Blob;
 use bnkf::{Correction, Estimate, Measurement, Mode, Settings, StepError, Tracker, TrackerError};
+use bnkf_model_export::call::Call;
 use bnkf_model_export::radar::reading::Reading;
-use nalgebra::{Matrix3, Vector3};
+use bnkf_model_export::scoring::position::position;
 
 use crate::filter::{Fate, Filter, FilterError, Nis, PositionEstimate, Start};
 
@@ -34,11 +35,10 @@ impl<'a> TrackerFilter<'a> {
             // A recursive filter measures its velocity too.
             degrees: if estimate.motion.is_some() { 4 } else { 3 },
         };
+        let (position_m, covariance_m2) = position(&estimate);
         Ok(PositionEstimate {
-            position_m: Vector3::from(estimate.position_m).map(f64::from),
-            covariance_m2: Matrix3::from_fn(|row, column| {
-                f64::from(estimate.covariance_m2[row][column])
-            }),
+            position_m,
+            covariance_m2,
             nis: (corrected && estimate.mode == Mode::Tracking).then_some(nis),
             fate: match estimate.mode {
                 Mode::Started | Mode::Tracking => Some(Fate::Used),
@@ -46,6 +46,7 @@ impl<'a> TrackerFilter<'a> {
                 Mode::Restarted => Some(Fate::Restarted),
                 Mode::Coasting => None,
             },
+            outside: estimate.outside,
         })
     }
 }
@@ -62,10 +63,52 @@ impl Filter for TrackerFilter<'_> {
         time_us: u64,
         reading: Option<&Reading>,
     ) -> Result<PositionEstimate, FilterError> {
-        let answer = match reading {
-            Some(reading) => self.tracker.step(&Measurement::from(reading)),
-            None => self.tracker.coast(time_us),
-        };
+        let call = Call::new(time_us, reading.map(Measurement::from));
+        let answer = call.answer(&mut self.tracker);
         self.position_estimate(answer)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bnkf::Settings;
+    use bnkf::blob::Kind;
+    use bnkf_model_export::radar::reading::Reading;
+    use nalgebra::Vector3;
+
+    use super::TrackerFilter;
+    use crate::contest::default_models;
+    use crate::filter::{Fate, Filter, Start};
+
+    #[test]
+    fn a_target_beyond_the_population_is_outside() {
+        let models = default_models::load().unwrap();
+        let found = models
+            .iter()
+            .find(|model| model.blob().kind() == Kind::Recursive);
+        let blob = found.unwrap().blob();
+        for (range_m, outside) in [(33.0, false), (300.0, true)] {
+            let reading = |time_us| Reading {
+                time_us,
+                range_m,
+                elevation_rad: 0.4,
+                azimuth_rad: 0.5,
+                range_rate_mps: 0.0,
+                sigma_range_m: 0.1,
+                sigma_elevation_rad: 0.005,
+                sigma_azimuth_rad: 0.005,
+                sigma_range_rate_mps: 0.05,
+            };
+            let mut filter = TrackerFilter::new(blob, Settings::of(&blob)).unwrap();
+            let start = Start {
+                reading: &reading(0),
+                true_position_m: Vector3::zeros(),
+                true_velocity_mps: Vector3::zeros(),
+            };
+            assert_eq!(filter.start(&start).unwrap().outside, outside);
+            let later = filter.step(100_000, Some(&reading(100_000))).unwrap();
+            assert_eq!((later.outside, later.fate), (outside, Some(Fate::Used)));
+            assert_eq!(filter.step(200_000, None).unwrap().outside, outside);
+        }
     }
 }

@@ -3,6 +3,7 @@
 use bnkf::blob::Blob;
 use bnkf::protocol::{EstimateFrame, RefusalCode};
 use bnkf::{Measurement, Settings, Tracker, TrackerError};
+use bnkf_model_export::call::Call;
 use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::radar::sampling::{RadarSettings, sample_radar, time_us};
 
@@ -117,11 +118,8 @@ pub fn compare(
     };
     for (index, step) in steps.iter().enumerate() {
         let image = session.step(step.time_us, step.measurement.as_ref())?;
-        let host = match &step.measurement {
-            Some(measurement) => tracker.step(measurement),
-            None => tracker.coast(step.time_us),
-        };
-        let host = host
+        let host = Call::new(step.time_us, step.measurement)
+            .answer(&mut tracker)
             .map(|estimate| EstimateFrame::new(&estimate, 0))
             .map_err(RefusalCode::from);
         if let Ok(estimate) = &image {

@@ -293,11 +293,13 @@ mod tests {
                             2.0 + m as f64 * scale
                         },
                         coverage90: 0.95 - 0.1 * m as f64,
+                        nll: 1.0,
                         det_p_median_m6: 1.0,
                         diverged: 0,
                         rejected: 0,
                         restarted: 0,
                         not_tracked: 0,
+                        outside: 0,
                     };
                     cells.push(Cell {
                         method,

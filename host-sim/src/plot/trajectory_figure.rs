@@ -262,13 +262,13 @@ mod tests {
     use bnkf_model_export::radar::gaps::SamplingRate;
     use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
     use bnkf_model_export::radar::sampling::{RadarSettings, sample_radar};
+    use bnkf_model_export::scoring::step_score::StepScore;
     use nalgebra::{Matrix3, Vector3};
 
     use super::{Example, claimed_errors_m, draw, gaps_s};
     use crate::contest::track::TrackStep;
     use crate::method::Method;
     use crate::scoring::cell::ScoredStep;
-    use crate::scoring::metrics::StepScore;
 
     fn flight() -> Flight {
         let row = |i: i32| {

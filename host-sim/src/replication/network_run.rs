@@ -3,6 +3,7 @@
 use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::radar::gaps::SamplingRate;
 use bnkf_model_export::radar::noise::NoiseLevel;
+use bnkf_model_export::scoring::step_score::StepScore;
 use bnkf_model_export::seed;
 use nalgebra::{Matrix3, Vector3};
 
@@ -17,7 +18,6 @@ use super::recipe::Recipe;
 use super::scaling::Scaling;
 use super::study::{Study, StudyError};
 use super::summary::Tally;
-use crate::scoring::metrics::StepScore;
 
 /// Which networks are trained, on what.
 pub(super) struct NetworkRun<'a> {

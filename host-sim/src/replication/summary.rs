@@ -1,10 +1,10 @@
 //! The scores of one method at one noise level, and which estimates they leave out.
 
+use bnkf_model_export::scoring::step_score::StepScore;
 use serde::{Deserialize, Serialize};
 
 use super::departure::Departure;
 use super::recipe::Recipe;
-use crate::scoring::metrics::StepScore;
 
 /// Limits above which the published code leaves an estimate out: error, D and det P.
 const ERROR_MAX_M: f64 = 1000.0;

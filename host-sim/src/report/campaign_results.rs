@@ -156,6 +156,7 @@ fn cells_csv(cells: &[CellSummary]) -> Vec<u8> {
         "coverage50",
         "coverage90",
         "coverage95",
+        "nll",
         "det_p_median_m6",
         "nis_ratio",
         "nees_inside_95",
@@ -164,6 +165,7 @@ fn cells_csv(cells: &[CellSummary]) -> Vec<u8> {
         "rejected",
         "restarted",
         "not_tracked",
+        "outside",
         "flights_not_tracked",
         "tuned_on",
     ];
@@ -181,6 +183,7 @@ fn cells_csv(cells: &[CellSummary]) -> Vec<u8> {
             cell.coverage50,
             m.coverage90,
             cell.coverage95,
+            m.nll,
             m.det_p_median_m6,
             cell.nis_ratio,
             cell.nees_bounds.inside,
@@ -205,6 +208,7 @@ fn tunings_csv(candidates: &[Candidate]) -> Vec<u8> {
         "ed_mean_m",
         "nees_mean",
         "coverage90",
+        "nll",
     ];
     let row = |candidate: &Candidate| {
         let m = &candidate.metrics;
@@ -212,21 +216,28 @@ fn tunings_csv(candidates: &[Candidate]) -> Vec<u8> {
         row.push(candidate.tuned_on.to_string());
         row.push(candidate.chosen.to_string());
         row.push(m.steps.to_string());
-        row.extend([m.ed_mean_m, m.nees_mean, m.coverage90].map(number));
+        row.extend([m.ed_mean_m, m.nees_mean, m.coverage90, m.nll].map(number));
         row
     };
     csv(&[&PLACE[..], &own].concat(), candidates.iter().map(row))
 }
 
 fn phases_csv(cells: &[CellSummary]) -> Vec<u8> {
-    let own = ["phase", "steps", "ed_mean_m", "nees_mean", "coverage90"];
+    let own = [
+        "phase",
+        "steps",
+        "ed_mean_m",
+        "nees_mean",
+        "coverage90",
+        "nll",
+    ];
     let rows = cells.iter().flat_map(|cell| {
         cell.phases.iter().map(|phase| {
             let m = &phase.metrics;
             let mut row = place(&cell.condition, cell.method);
             row.push(format!("{:?}", phase.phase).to_lowercase());
             row.push(m.steps.to_string());
-            row.extend([m.ed_mean_m, m.nees_mean, m.coverage90].map(number));
+            row.extend([m.ed_mean_m, m.nees_mean, m.coverage90, m.nll].map(number));
             row
         })
     });
@@ -277,17 +288,19 @@ fn variations_csv(cells: &[VariedCell]) -> Vec<u8> {
         "ed_mean_m",
         "nees_mean",
         "coverage90",
+        "nll",
         "diverged",
         "rejected",
         "restarted",
         "not_tracked",
+        "outside",
     ];
     let row = |cell: &VariedCell| {
         let m = &cell.metrics;
         let mut row = vec![cell.variation.clone()];
         row.extend(place(&cell.condition, cell.method));
         row.push(m.steps.to_string());
-        row.extend([m.ed_mean_m, m.nees_mean, m.coverage90].map(number));
+        row.extend([m.ed_mean_m, m.nees_mean, m.coverage90, m.nll].map(number));
         row.extend(counts(m));
         row
     };
@@ -313,13 +326,14 @@ fn bounds_csv(floors: &[Floor]) -> Vec<u8> {
     )
 }
 
-/// Divergences, rejections, restarts, steps not tracked.
-fn counts(metrics: &CellMetrics) -> [String; 4] {
+/// Divergences, rejections, restarts, steps not tracked, steps outside.
+fn counts(metrics: &CellMetrics) -> [String; 5] {
     [
         metrics.diverged,
         metrics.rejected,
         metrics.restarted,
         metrics.not_tracked,
+        metrics.outside,
     ]
     .map(|count| count.to_string())
 }

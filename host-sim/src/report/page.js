@@ -3,7 +3,7 @@
   const data = JSON.parse(document.getElementById("data").textContent);
 
   // Headline table: the same cells in another measure.
-  const counts = ["diverged", "rejected", "restarted", "not_tracked"];
+  const counts = ["diverged", "rejected", "restarted", "not_tracked", "outside"];
   const text = (value, measure) => {
     if (value === null) return "-";
     if (measure === "coverage90") return (100 * value).toFixed(1) + "%";
@@ -16,7 +16,7 @@
   const distance = {
     ed_mean_m: v => v, ed_median_m: v => v,
     nees_mean: v => Math.abs(Math.log(v / 3)), d_mean: v => Math.abs(Math.log(v / 1.596)),
-    coverage90: v => Math.abs(v - 0.9), det_p_median_m6: () => 0,
+    coverage90: v => Math.abs(v - 0.9), nll: v => v, det_p_median_m6: () => 0,
   };
   const show = measure => {
     for (const button of document.querySelectorAll("#measures button")) {

@@ -6,28 +6,32 @@ use crate::scoring::cell::Cell;
 
 /// The table of `cells`, which are grouped by noise level and rate in their order. The smallest
 /// mean ED of a block carries a star. Refused are estimates that were refused or unusable, untracked
-/// are steps as [`crate::contest::loss`] has them.
+/// are steps as [`crate::contest::loss`] has them, outside are those that the method was not trained for.
 pub fn render(cells: &[Cell]) -> String {
     let mut text = format!(
-        "{:<16}{:>11}{:>11}{:>9}{:>11}{:>10}{:>14}{:>9}{:>9}{:>10}{:>10}\n{:<16}{:>11}{:>11}{:>9}{:>11}{:>10}{:>14}{:>9}{:>9}{:>10}{:>10}\n",
+        "{:<16}{:>11}{:>11}{:>9}{:>11}{:>10}{:>9}{:>14}{:>9}{:>9}{:>10}{:>10}{:>9}\n{:<16}{:>11}{:>11}{:>9}{:>11}{:>10}{:>9}{:>14}{:>9}{:>9}{:>10}{:>10}{:>9}\n",
         "method",
         "ED mean",
         "ED median",
         "D mean",
         "NEES",
         "coverage",
+        "NLL",
         "det P median",
         "refused",
         "rejected",
         "restarted",
         "untracked",
+        "outside",
         "",
         "m",
         "m",
         "(1.596)",
         "(3)",
         "(90%)",
+        "nats",
         "m^6",
+        "steps",
         "steps",
         "steps",
         "steps",
@@ -55,17 +59,19 @@ pub fn render(cells: &[Cell]) -> String {
             line(
                 &mut text,
                 format_args!(
-                    "  {method:<14}{:>10}{star}{:>11}{:>9}{:>11}{:>10}{:>14}{:>9}{:>9}{:>10}{:>10}",
+                    "  {method:<14}{:>10}{star}{:>11}{:>9}{:>11}{:>10}{:>9}{:>14}{:>9}{:>9}{:>10}{:>10}{:>9}",
                     number(metrics.ed_mean_m),
                     number(metrics.ed_median_m),
                     number(metrics.d_mean),
                     number(metrics.nees_mean),
                     format!("{:.1}%", 100.0 * metrics.coverage90),
+                    number(metrics.nll),
                     number(metrics.det_p_median_m6),
                     metrics.diverged,
                     metrics.rejected,
                     metrics.restarted,
                     metrics.not_tracked,
+                    metrics.outside,
                 ),
             );
         }
@@ -112,11 +118,13 @@ mod tests {
             d_mean: 1.5,
             nees_mean: 123_456.0,
             coverage90: 0.875,
+            nll: -3.25,
             det_p_median_m6: 3e-8,
             diverged: 2,
             rejected: 30,
             restarted: 10,
             not_tracked: 41,
+            outside: 7,
         };
         Cell {
             method,
@@ -135,7 +143,7 @@ mod tests {
         ]);
         let lines: Vec<_> = text.lines().collect();
         assert_eq!(lines[3], "low noise, rate 0.50, 149 steps");
-        let ekf = "  EKF                0.500       0.200    1.500     1.23e5     87.5%       3.00e-8        2       30        10        41";
+        let ekf = "  EKF                0.500       0.200    1.500     1.23e5     87.5%   -3.250       3.00e-8        2       30        10        41        7";
         assert_eq!(lines[4], ekf);
         assert!(lines[5].starts_with("  BNKF               0.250* "));
         assert_eq!(lines[7], "high noise, rate 0.50, 149 steps");

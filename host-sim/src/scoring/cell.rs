@@ -2,11 +2,12 @@
 
 use bnkf_model_export::radar::gaps::SamplingRate;
 use bnkf_model_export::radar::noise::NoiseLevel;
+use bnkf_model_export::scoring::means::Sums;
+use bnkf_model_export::scoring::step_score::StepScore;
 use serde::{Deserialize, Serialize};
 
 use crate::filter::Fate;
 use crate::method::Method;
-use crate::scoring::metrics::StepScore;
 
 /// A cell with its place in the table.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -33,6 +34,8 @@ pub struct ScoredStep {
     pub fate: Option<Fate>,
     /// The flight was not tracked at this step; see [`crate::contest::loss`].
     pub not_tracked: bool,
+    /// The method answered, and said that it was not trained for this.
+    pub outside: bool,
 }
 
 impl ScoredStep {
@@ -43,6 +46,7 @@ impl ScoredStep {
             diverged: false,
             fate: None,
             not_tracked: false,
+            outside: false,
         }
     }
 }
@@ -64,43 +68,48 @@ pub struct CellMetrics {
     pub nees_mean: f64,
     /// Fraction of steps with the truth inside the 90% ellipsoid (ideal 0.9).
     pub coverage90: f64,
+    /// Mean negative log-likelihood of the truth, nats; each step counts as
+    /// [`StepScore::surprise`] has it.
+    pub nll: f64,
     /// Median determinant of the position covariance, m^6.
     pub det_p_median_m6: f64,
     /// Steps whose estimate was refused or unusable.
     pub diverged: u64,
     /// Readings that the method's gate rejected.
     pub rejected: u64,
-    /// Readings that the method started anew from.
+    /// Readings with which another track took over or the method started anew.
     pub restarted: u64,
     /// Steps at which the flight was not tracked: divergences, and steps after mostly rejections
     /// and restarts.
     pub not_tracked: u64,
+    /// Steps outside what the method was trained for, by its own word; of methods that do not know none.
+    pub outside: u64,
 }
 
 impl CellMetrics {
     /// Sums up `steps` in their order, so that equal steps give equal bits.
     pub fn new(steps: &[ScoredStep]) -> Self {
-        let count = steps.len() as f64;
-        let mean = |value: fn(&StepScore) -> f64| {
-            steps.iter().map(|step| value(&step.score)).sum::<f64>() / count
-        };
+        let means = Sums::of(steps.iter().map(|step| &step.score)).means();
+        let distances = steps.iter().map(|step| step.score.mahalanobis());
         let counted =
             |is: fn(&ScoredStep) -> bool| steps.iter().filter(|step| is(step)).count() as u64;
         let median_of = |value: fn(&StepScore) -> f64| {
             median(steps.iter().map(|step| value(&step.score)).collect())
         };
         Self {
-            steps: steps.len() as u64,
-            ed_mean_m: mean(|score| score.error_m),
+            steps: means.steps,
+            ed_mean_m: means.distance_m,
             ed_median_m: median_of(|score| score.error_m),
-            d_mean: mean(StepScore::mahalanobis),
-            nees_mean: mean(|score| score.mahalanobis_squared),
-            coverage90: mean(|score| f64::from(u8::from(score.covered_90()))),
+            d_mean: distances.sum::<f64>() / steps.len() as f64,
+            nees_mean: means.nees,
+            coverage90: means.coverage90,
+            nll: means.surprise,
             det_p_median_m6: median_of(|score| score.det_p_m6),
             diverged: counted(|step| step.diverged),
             rejected: counted(|step| step.fate == Some(Fate::Rejected)),
             restarted: counted(|step| step.fate == Some(Fate::Restarted)),
             not_tracked: counted(|step| step.not_tracked),
+            outside: counted(|step| step.outside),
         }
     }
 }
@@ -121,13 +130,13 @@ fn median(mut values: Vec<f64>) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use bnkf_model_export::scoring::step_score::StepScore;
     use nalgebra::{Cholesky, Matrix3, Vector3};
     use rand_core::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
 
     use super::{CellMetrics, ScoredStep, median};
     use crate::filter::Fate;
-    use crate::scoring::metrics::StepScore;
 
     fn step(error_m: f64, mahalanobis_squared: f64, det_p_m6: f64, diverged: bool) -> ScoredStep {
         let score = StepScore {
@@ -154,15 +163,19 @@ mod tests {
             gated(Some(Fate::Rejected), true),
             gated(Some(Fate::Restarted), true),
             gated(Some(Fate::Rejected), false),
-            gated(None, true),
+            ScoredStep {
+                outside: true,
+                ..gated(None, true)
+            },
         ]);
         let counts = [
             cell.diverged,
             cell.rejected,
             cell.restarted,
             cell.not_tracked,
+            cell.outside,
         ];
-        assert_eq!(counts, [0, 2, 1, 3]);
+        assert_eq!(counts, [0, 2, 1, 3, 1]);
     }
 
     #[test]
@@ -180,6 +193,9 @@ mod tests {
         assert_eq!(cell.nees_mean, 14.25 / 4.0);
         assert_eq!(cell.coverage90, 0.75);
         assert_eq!(cell.det_p_median_m6, 3.0);
+        // Half of D^2 + ln det P (on average ln 2^6 / 4) + 3 ln(2 pi).
+        let nll = 0.5 * (14.25 / 4.0 + 64_f64.ln() / 4.0 + 3.0 * std::f64::consts::TAU.ln());
+        assert!((cell.nll - nll).abs() < 1e-14, "{}", cell.nll);
         assert_eq!((cell.diverged, cell.not_tracked), (1, 1));
     }
 
@@ -187,7 +203,7 @@ mod tests {
     fn no_steps_have_no_mean() {
         let cell = CellMetrics::new(&[]);
         assert_eq!(cell.steps, 0);
-        assert!(cell.ed_mean_m.is_nan() && cell.ed_median_m.is_nan());
+        assert!(cell.nll.is_nan() && cell.ed_mean_m.is_nan() && cell.ed_median_m.is_nan());
         let json = serde_json::to_value(cell).unwrap();
         assert!(json["nees_mean"].is_null());
     }
@@ -231,5 +247,8 @@ mod tests {
         assert!((cell.coverage90 - 0.9).abs() < 0.005, "{}", cell.coverage90);
         let det = posterior.determinant();
         assert!((cell.det_p_median_m6 / det - 1.0).abs() < 1e-12);
+        // The entropy of the posterior; the scores' deviation is sqrt(3/2), four of 60,000 are .02.
+        let entropy = 0.5 * (3.0 + det.ln() + 3.0 * std::f64::consts::TAU.ln());
+        assert!((cell.nll - entropy).abs() < 0.02, "{}", cell.nll);
     }
 }

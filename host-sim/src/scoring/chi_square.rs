@@ -99,7 +99,7 @@ fn upper_fraction(a: f64, x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::{cdf, quantile};
-    use bnkf_model_export::recursive::score::QUANTILE_90_DOF_3;
+    use bnkf_model_export::scoring::step_score::QUANTILE_90_DOF_3;
 
     /// Values of scipy.stats.chi2 1.17.1: (probability, degrees of freedom, quantile).
     const KNOWN: [(f64, f64, f64); 10] = [

@@ -1,5 +1,6 @@
 //! What one flight carries from one filter step to the next, and its numbers in a row.
 
+use crate::scoring::step_score::StepScore;
 use bnkf::measurement::Vectors;
 use bnkf::recursive::hypotheses::HYPOTHESES;
 use bnkf::recursive::memory::{MEANS, Memory, NOTES};
@@ -7,6 +8,7 @@ use bnkf::recursive::population::Population;
 use bnkf::recursive::start::start;
 use bnkf::recursive::state::{Covariance, State};
 use bnkf::scalar::Scalar;
+use nalgebra::{Matrix3, Vector3};
 
 /// Position, velocity and acceleration, three numbers each.
 pub const STATE: usize = 9;
@@ -28,6 +30,15 @@ pub struct Carry<S> {
     pub covariance: Covariance<S>,
     /// Statistics of the flight so far.
     pub memory: Memory<S>,
+}
+
+impl Carry<f64> {
+    /// What the position is worth beside the true one, metres.
+    pub fn score(&self, truth_m: [f64; 3]) -> StepScore {
+        let position_m = Vector3::from_fn(|axis, _| self.state[axis]);
+        let covariance_m2 = Matrix3::from_fn(|row, column| self.covariance[row][column]);
+        StepScore::new(&position_m, &covariance_m2, &truth_m.into()).unwrap_or(StepScore::UNUSABLE)
+    }
 }
 
 impl<S: Scalar> Carry<S> {

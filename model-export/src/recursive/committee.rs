@@ -5,8 +5,8 @@ use super::encounter::Encounter;
 use super::model::RecursiveModel;
 use super::normalisation::Normalisation;
 use super::step::{Weighing, advance, features_of};
+use crate::scoring::step_score::StepScore;
 use bnkf::blob::Blob;
-use bnkf::cholesky::{cholesky, forward_substitute};
 use bnkf::network::monte_carlo::separate_moments;
 use bnkf::network::{Network, Scratch};
 use bnkf::recursive::parameters::Parameters;
@@ -42,12 +42,8 @@ pub enum CommitteeError {
 /// One step of a flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Followed {
-    /// Distance between the estimated and the true position, metres.
-    pub distance_m: f64,
-    /// Normalised error squared of the position.
-    pub nees: f64,
-    /// Negative log-likelihood of the true position, nats.
-    pub surprise: f64,
+    /// The estimated beside the true position.
+    pub score: StepScore,
     /// Mean over axes of the variance of the mean jerk over opinions, (m/s^3)^2.
     pub jerk_variance: f64,
     /// What it adds to the scheduled density of the jerk noise, as a share of that.
@@ -113,19 +109,8 @@ impl<'b> Committee<'b> {
                 .collect();
             let (outputs, doubt) = joined(&opinions, &self.parameters.base, arrival.dt_s);
             carry = advance(&carry, &outputs, arrival, &self.parameters, Weighing::All);
-            let block: [[f64; 3]; 3] =
-                core::array::from_fn(|i| core::array::from_fn(|j| carry.covariance[i][j]));
-            let factor = cholesky(&block);
-            let error: [f64; 3] = core::array::from_fn(|i| carry.state[i] - truth[i]);
-            let nees: f64 = forward_substitute(&factor, error)
-                .map(|w| w * w)
-                .iter()
-                .sum();
-            let ln_det: f64 = (0..3).map(|i| factor[i][i].ln()).sum();
             Followed {
-                distance_m: error.iter().map(|e| e * e).sum::<f64>().sqrt(),
-                nees,
-                surprise: 1.5 * core::f64::consts::TAU.ln() + 0.5 * nees + ln_det,
+                score: carry.score(*truth),
                 jerk_variance: doubt.jerk_variance,
                 noise_share: doubt.noise_share,
             }
@@ -264,10 +249,10 @@ mod tests {
             let squares = (0..3).map(|i| (carry.state[i] - truth[i]).powi(2));
             let expected = squares.sum::<f64>().sqrt();
             // The same f64 arithmetic but for ln(exp(x)) of the jerk noise.
-            assert!((last.distance_m - expected).abs() < 1e-6 * (1.0 + expected));
+            assert!((last.score.error_m - expected).abs() < 1e-6 * (1.0 + expected));
             let twin = twins.follow(encounter, 0);
-            let other = twin.last().unwrap().distance_m;
-            assert!((last.distance_m - other).abs() < 1e-6 * (1.0 + expected));
+            let other = twin.last().unwrap().score.error_m;
+            assert!((last.score.error_m - other).abs() < 1e-6 * (1.0 + expected));
         }
     }
 
@@ -279,7 +264,7 @@ mod tests {
         let sampled = Committee::new(&blobs[..1], 16).unwrap();
         let mean = |committee: &Committee<'_>| {
             let steps = committee.follow(&encounters[0], 3);
-            assert!(steps.iter().all(|step| step.surprise.is_finite()));
+            assert!(steps.iter().all(|step| step.score.surprise().is_finite()));
             steps.iter().map(|step| step.noise_share).sum::<f64>() / steps.len() as f64
         };
         assert!(mean(&pair) > 0.0 && mean(&sampled) > 0.0);

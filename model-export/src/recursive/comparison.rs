@@ -32,8 +32,8 @@ impl Comparison {
     /// Whether the blob is as good as what it was rounded from.
     #[must_use]
     pub fn accepted(&self) -> bool {
-        let (tracker, unrounded) = (&self.tracker.score, &self.unrounded);
-        tracker.lost == 0
+        let (tracker, unrounded) = (&self.tracker.score.means, &self.unrounded.means);
+        self.tracker.score.lost == 0
             && tracker.steps == unrounded.steps
             && tracker.distance_m <= (1.0 + DISTANCE_SHARE_MAX) * unrounded.distance_m
             && (tracker.nees - unrounded.nees).abs() <= NEES_CHANGE_MAX
@@ -71,12 +71,13 @@ pub fn table(comparisons: &[Comparison]) -> String {
         "cell", "unrounded ED/NEES/90%", "blob ED/NEES/90%", "rejected", "restarts", "refused"
     );
     for comparison in comparisons {
-        let triple = |s: &Score| {
+        let triple = |score: &Score| {
+            let m = &score.means;
             format!(
                 "{:.3} {:.2} {:.1}",
-                s.distance_m,
-                s.nees,
-                100.0 * s.coverage90
+                m.distance_m,
+                m.nees,
+                100.0 * m.coverage90
             )
         };
         text += &format!(
@@ -100,34 +101,34 @@ pub fn table(comparisons: &[Comparison]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scoring::means::Means;
 
     #[test]
     fn a_blob_that_is_worse_is_not_accepted() {
-        let score = Score {
-            distance_m: 1.0,
-            nees: 3.0,
-            coverage90: 0.9,
-            surprise: 0.0,
-            steps: 10.0,
-            lost: 0,
+        let score = |distance_m, nees, lost| Score {
+            means: Means {
+                steps: 10,
+                distance_m,
+                nees,
+                coverage90: 0.9,
+                surprise: 0.0,
+            },
+            lost,
         };
         let comparison = |distance_m, nees, lost| Comparison {
             cell: "low".to_owned(),
-            unrounded: score,
+            unrounded: score(1.0, 3.0, 0),
             tracker: TrackerScore {
-                score: Score {
-                    distance_m,
-                    nees,
-                    lost,
-                    ..score
-                },
-                ..TrackerScore::default()
+                score: score(distance_m, nees, lost),
+                rejected: 0,
+                restarted: 0,
             },
         };
         assert!(comparison(1.009, 3.1, 0).accepted());
         assert!(!comparison(1.011, 3.0, 0).accepted());
         assert!(!comparison(1.0, 3.3, 0).accepted());
         assert!(!comparison(1.0, 3.0, 1).accepted());
+        assert!(!comparison(f64::NAN, 3.0, 0).accepted());
         assert!(table(&[comparison(2.0, 3.0, 0)]).contains("differs"));
     }
 }

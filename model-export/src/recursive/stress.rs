@@ -2,7 +2,7 @@
 //! definite, every restart explained.
 
 use super::sensor::spoil;
-use super::trial::Trial;
+use super::trial::{Trial, score};
 use crate::flights::flight::{Flight, Sample};
 use crate::radar::gaps::SamplingRate;
 use crate::radar::noise::{NoiseLevel, NoiseTable};
@@ -11,7 +11,7 @@ use crate::random_source::RandomSource;
 use crate::seed::name_id;
 use crate::soundness::{is_definite, is_finite};
 use bnkf::blob::Blob;
-use bnkf::{Correction, Measurement, Mode, Settings, StepError, Tracker};
+use bnkf::{Correction, Mode, Settings, StepError, Tracker};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -140,22 +140,13 @@ pub fn campaign(blob: Blob<'_>, passes: u16, flights: usize, seed: u64) -> Vec<(
     Hardship::ALL.into_iter().map(run).collect()
 }
 
-fn tally(trial: &Trial, mut tracker: Tracker<'_>) -> Tally {
+fn tally(trial: &Trial, tracker: Tracker<'_>) -> Tally {
     let mut tally = Tally {
         flights: 1,
         ..Tally::default()
     };
     let mut in_a_row = 0;
-    for ((sample, &time_us), reading) in trial
-        .samples
-        .iter()
-        .zip(&trial.times_us)
-        .zip(&trial.readings)
-    {
-        let answer = match reading {
-            Some(reading) => tracker.step(&Measurement::from(reading)),
-            None => tracker.coast(time_us),
-        };
+    for (sample, answer) in trial.answers(tracker) {
         let estimate = match answer {
             Ok(estimate) => estimate,
             Err(StepError::Measurement(_)) => {
@@ -182,10 +173,7 @@ fn tally(trial: &Trial, mut tracker: Tracker<'_>) -> Tally {
         tally.estimates += 1;
         tally.not_finite += usize::from(!is_finite(&estimate));
         tally.not_definite += usize::from(!is_definite(&estimate));
-        let error: f64 = (0..3)
-            .map(|i| (f64::from(estimate.position_m[i]) - sample.position_m[i]).powi(2))
-            .sum();
-        tally.distance_m += error.sqrt();
+        tally.distance_m += score(&estimate, sample).error_m;
     }
     tally
 }

@@ -2,9 +2,13 @@
 
 use super::encounter::Encounter;
 use super::score::Score;
+use crate::call::Call;
 use crate::flights::flight::{Flight, Sample};
 use crate::radar::reading::Reading;
 use crate::radar::sampling::time_us;
+use crate::scoring::means::Sums;
+use crate::scoring::position::position;
+use crate::scoring::step_score::StepScore;
 use bnkf::blob::Blob;
 use bnkf::recursive::population::Population;
 use bnkf::{Correction, Estimate, Measurement, Mode, Settings, StepError, Tracker, TrackerError};
@@ -32,15 +36,24 @@ pub struct Cell {
 }
 
 /// How the firmware's tracker did, and what it had to do.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TrackerScore {
     /// Distance, NEES and coverage of every step after the start; a refused step counts as lost
     /// and is scored with the estimate before it.
     pub score: Score,
     /// Measurements outside the gate.
     pub rejected: usize,
-    /// Times that the filter was started anew.
+    /// Times that another track took over or the filter was started anew.
     pub restarted: usize,
+}
+
+/// What [`TrackerScore`] sums up.
+#[derive(Clone, Copy, Debug, Default)]
+struct Part {
+    sums: Sums,
+    lost: usize,
+    rejected: usize,
+    restarted: usize,
 }
 
 impl Cell {
@@ -83,7 +96,7 @@ impl Cell {
             seed,
         };
         Tracker::new(blob, settings(0))?;
-        let parts: Vec<TrackerScore> = self
+        let parts: Vec<Part> = self
             .trials
             .par_iter()
             .enumerate()
@@ -92,53 +105,75 @@ impl Cell {
                 trial.track(tracker).ok()
             })
             .collect();
-        let total = parts
-            .into_iter()
-            .fold(TrackerScore::default(), |total, part| TrackerScore {
-                score: total.score.join(part.score),
-                rejected: total.rejected + part.rejected,
-                restarted: total.restarted + part.restarted,
-            });
+        let total = parts.into_iter().fold(Part::default(), Part::join);
         Ok(TrackerScore {
-            score: total.score.mean(),
-            ..total
+            score: Score {
+                means: total.sums.means(),
+                lost: total.lost,
+            },
+            rejected: total.rejected,
+            restarted: total.restarted,
         })
     }
 }
 
 impl Trial {
-    /// Runs a tracker and sums its scores.
+    /// Every sample with the answer of a tracker that meets them in order.
+    pub fn answers<'b>(
+        &self,
+        mut tracker: Tracker<'b>,
+    ) -> impl Iterator<Item = (&Sample, Result<Estimate, StepError>)> {
+        let times = self.samples.iter().zip(&self.times_us);
+        times
+            .zip(&self.readings)
+            .map(move |((sample, &time_us), reading)| {
+                let call = Call::new(time_us, reading.as_ref().map(Measurement::from));
+                (sample, call.answer(&mut tracker))
+            })
+    }
+
+    /// Runs a tracker over the trial.
     ///
     /// # Errors
     /// The first measurement was refused, so there is nothing to score.
-    pub fn track(&self, mut tracker: Tracker<'_>) -> Result<TrackerScore, StepError> {
-        let mut sums = TrackerScore::default();
-        let mut latest: Option<Estimate> = None;
-        for ((sample, &time_us), reading) in
-            self.samples.iter().zip(&self.times_us).zip(&self.readings)
-        {
-            let answer = match reading {
-                Some(reading) => tracker.step(&Measurement::from(reading)),
-                None => tracker.coast(time_us),
-            };
-            let started = latest.is_some();
-            match (answer, latest) {
-                (Ok(estimate), _) => latest = Some(estimate),
-                (Err(_), Some(_)) => sums.score.lost += 1,
-                (Err(error), None) => return Err(error),
+    fn track(&self, tracker: Tracker<'_>) -> Result<Part, StepError> {
+        let mut part = Part::default();
+        let mut answers = self.answers(tracker);
+        let Some((_, first)) = answers.next() else {
+            return Ok(part);
+        };
+        let mut latest = first?;
+        for (sample, answer) in answers {
+            match answer {
+                Ok(estimate) => {
+                    part.rejected += usize::from(estimate.mode == Mode::Rejected);
+                    part.restarted += usize::from(estimate.mode == Mode::Restarted);
+                    latest = estimate;
+                }
+                Err(_) => part.lost += 1,
             }
-            if let (true, Some(estimate)) = (started, latest) {
-                sums.rejected += usize::from(estimate.mode == Mode::Rejected);
-                sums.restarted += usize::from(estimate.mode == Mode::Restarted);
-                let error = core::array::from_fn(|axis| {
-                    f64::from(estimate.position_m[axis]) - sample.position_m[axis]
-                });
-                sums.score
-                    .add(error, &estimate.covariance_m2.map(|row| row.map(f64::from)));
-            }
+            part.sums.add(&score(&latest, sample));
         }
-        Ok(sums)
+        Ok(part)
     }
+}
+
+impl Part {
+    fn join(self, other: Self) -> Self {
+        Self {
+            sums: self.sums.join(other.sums),
+            lost: self.lost + other.lost,
+            rejected: self.rejected + other.rejected,
+            restarted: self.restarted + other.restarted,
+        }
+    }
+}
+
+/// The score of an estimate beside the sample of its time.
+pub(super) fn score(estimate: &Estimate, sample: &Sample) -> StepScore {
+    let (position_m, covariance_m2) = position(estimate);
+    StepScore::new(&position_m, &covariance_m2, &sample.position_m.into())
+        .unwrap_or(StepScore::UNUSABLE)
 }
 
 #[cfg(test)]
@@ -169,9 +204,9 @@ mod tests {
             let encounters = cell.encounters(&training.parameters.population);
             let expected = Score::of(training.programs(), &weights, &encounters);
             let tracked = cell.track(Blob::parse(&bytes).unwrap(), 1).unwrap();
-            let score = tracked.score;
+            assert_eq!((tracked.score.lost, tracked.restarted), (0, 0));
+            let (score, expected) = (tracked.score.means, expected.means);
             assert_eq!(score.steps, expected.steps);
-            assert_eq!((score.lost, tracked.restarted), (0, 0));
             assert!((score.distance_m / expected.distance_m - 1.0).abs() < 0.01);
             assert!((score.nees - expected.nees).abs() < 0.1);
             assert!((score.surprise - expected.surprise).abs() < 0.02);

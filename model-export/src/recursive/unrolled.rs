@@ -15,19 +15,19 @@ use super::step_programs::Programs;
 use crate::autodiff::lanes::{LANES, Lanes, ZERO};
 use crate::autodiff::program::Workspace;
 use crate::kernel::Tier;
+use crate::scoring::step_score::SURPRISE_MAX_NATS;
 use crate::seed::derive;
 use bnkf::recursive::features::FEATURES;
 use bnkf::recursive::schedule::OUTPUTS;
 
-/// Negative log-likelihood above which a step is lost: it counts as this much and teaches nothing.
-pub const LOSS_LIMIT: f64 = 60.0;
 /// Largest gradient of one flight's loss by one carried number that is handed back a step.
 const ADJOINT_LIMIT: f64 = 1e12;
 
 /// Loss of one window over one shard.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct WindowLoss {
-    /// Sum of the scored steps' negative log-likelihoods, each at most [`LOSS_LIMIT`].
+    /// Sum of the scored steps' negative log-likelihoods, each at most [`SURPRISE_MAX_NATS`],
+    /// from which a step teaches nothing.
     pub sum: f64,
     /// Scored steps.
     pub steps: f64,
@@ -120,9 +120,9 @@ impl<'p> Unrolled<'p> {
                 for lane in 0..LANES {
                     let weight = batch.weights[step][lane] * self.alive[group][lane];
                     let surprise = outputs[SURPRISE][lane];
-                    let taught = surprise < LOSS_LIMIT;
+                    let taught = surprise < SURPRISE_MAX_NATS;
                     if weight > 0.0 {
-                        loss.sum += if taught { surprise } else { LOSS_LIMIT };
+                        loss.sum += if taught { surprise } else { SURPRISE_MAX_NATS };
                         loss.steps += 1.0;
                     }
                     self.seeds[at][group][lane] = if taught { weight } else { 0.0 };
@@ -285,7 +285,7 @@ impl<'p> Unrolled<'p> {
             for (number, start) in outputs.iter_mut().zip(&batch.start) {
                 number[lane] = start[lane];
             }
-            outputs[SURPRISE][lane] = LOSS_LIMIT;
+            outputs[SURPRISE][lane] = SURPRISE_MAX_NATS;
             self.alive[group][lane] = 0.0;
             lost += 1;
         }

@@ -7,7 +7,8 @@
 use bnkf::blob::{Blob, checksum, field};
 use bnkf::estimate::Estimate;
 use bnkf::{Measurement, Sensed, Settings, Tracker};
-use bnkf_model_export::soundness::{Call, is_definite, is_finite, is_lost, is_true};
+use bnkf_model_export::call::Call;
+use bnkf_model_export::soundness::{is_definite, is_finite, is_lost, is_true};
 
 const BLOBS: [&[u8]; 4] = [
     include_bytes!("../../../models/recursive.bnkf"),
@@ -60,12 +61,8 @@ pub fn run(bytes: &[u8]) {
             azimuth: channel(2),
             range_rate: channel(3),
         };
-        let (call, answer) = if kind & 1 == 0 {
-            (Call::Step(measurement), tracker.step(&measurement))
-        } else {
-            (Call::Coast(at_us), tracker.coast(at_us))
-        };
-        match answer {
+        let call = Call::new(at_us, (kind & 1 == 0).then_some(measurement));
+        match call.answer(&mut tracker) {
             Ok(estimate) => {
                 assert!(is_finite(&estimate), "{estimate:?}");
                 assert!(is_definite(&estimate), "{estimate:?}");

@@ -3,7 +3,7 @@ use crate::baseline::kalman::Kalman;
 use crate::baseline::origin::Origin;
 use crate::baseline::prior::tests::PRIOR;
 use crate::baseline::sensor::{cartesian, expected, residual};
-use crate::scoring::metrics::StepScore;
+use bnkf_model_export::scoring::step_score::StepScore;
 use nalgebra::{Matrix3, Vector3, Vector4};
 
 const MOTION: Singer = Singer {

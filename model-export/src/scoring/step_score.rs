@@ -1,7 +1,14 @@
 //! What one estimate is worth beside the truth: distance, consistency, size of the covariance.
 
-use bnkf_model_export::recursive::score::QUANTILE_90_DOF_3;
 use nalgebra::{Cholesky, Matrix3, Vector3};
+
+/// 90% quantile of chi-square for three degrees of freedom: a covariance is honest if 90% of the
+/// squared Mahalanobis distances lie below it.
+pub const QUANTILE_90_DOF_3: f64 = 6.251_388_631_170_325;
+
+/// What a step counts at most by [`StepScore::surprise`]: far from every truth the Gaussian of an
+/// estimate says nothing but that it is wrong.
+pub const SURPRISE_MAX_NATS: f64 = 60.0;
 
 /// Scores of one estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +37,13 @@ pub enum Unusable {
 }
 
 impl StepScore {
+    /// What an estimate without a score counts: no numbers, so that no mean hides it.
+    pub const UNUSABLE: Self = Self {
+        error_m: f64::NAN,
+        mahalanobis_squared: f64::NAN,
+        det_p_m6: f64::NAN,
+    };
+
     /// Scores `position_m` and its `covariance_m2` against `truth_m`, all in one frame.
     ///
     /// # Errors
@@ -54,7 +68,7 @@ impl StepScore {
             .ok_or(Unusable::NotPositiveDefinite)?;
         let mahalanobis_squared = whitened.norm_squared();
         let det_p_m6 = factor.determinant();
-        if !(mahalanobis_squared.is_finite() && det_p_m6.is_finite()) {
+        if !(mahalanobis_squared.is_finite() && det_p_m6.is_finite() && det_p_m6 > 0.0) {
             return Err(Unusable::NotPositiveDefinite);
         }
         Ok(Self {
@@ -73,13 +87,30 @@ impl StepScore {
     pub fn covered_90(&self) -> bool {
         self.mahalanobis_squared <= QUANTILE_90_DOF_3
     }
+
+    /// Negative log-likelihood of the truth under the estimate's Gaussian, nats.
+    pub fn negative_log_likelihood(&self) -> f64 {
+        0.5 * (self.mahalanobis_squared + self.det_p_m6.ln() + 3.0 * core::f64::consts::TAU.ln())
+    }
+
+    /// Negative log-likelihood of the truth, nats, at most [`SURPRISE_MAX_NATS`]; that much too where
+    /// there is none.
+    pub fn surprise(&self) -> f64 {
+        let nats = self.negative_log_likelihood();
+        if nats < SURPRISE_MAX_NATS {
+            nats
+        } else {
+            SURPRISE_MAX_NATS
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use nalgebra::{Matrix3, Vector3};
 
-    use super::{StepScore, Unusable};
+    use super::{SURPRISE_MAX_NATS, StepScore, Unusable};
+    use crate::recursive::step::position_surprise;
 
     #[test]
     fn a_diagonal_covariance_by_hand() {
@@ -113,6 +144,39 @@ mod tests {
     }
 
     #[test]
+    fn the_likelihood_is_what_the_training_minimises() {
+        let covariance = Matrix3::new(2.0, 0.7, -0.3, 0.7, 1.5, 0.2, -0.3, 0.2, 0.4);
+        let (position, truth) = (Vector3::new(4.0, 2.0, 7.0), Vector3::new(3.0, 4.0, 7.1));
+        let score = StepScore::new(&position, &covariance, &truth).unwrap();
+        let (mut state, mut full) = ([0.0; 9], [[0.0; 9]; 9]);
+        for row in 0..3 {
+            state[row] = position[row];
+            for column in 0..3 {
+                full[row][column] = covariance[(row, column)];
+            }
+        }
+        let taught = position_surprise(&state, &full, truth.into());
+        let nats = score.negative_log_likelihood();
+        assert!((nats / taught - 1.0).abs() < 1e-13, "{nats} {taught}");
+        assert_eq!(score.surprise(), nats);
+    }
+
+    #[test]
+    fn a_surprise_has_a_limit() {
+        let at = |error_m: f64| {
+            let position = Vector3::new(error_m, 0.0, 0.0);
+            StepScore::new(&position, &Matrix3::identity(), &Vector3::zeros()).unwrap()
+        };
+        // 1.5 ln(2 pi) is 2.7568.
+        assert!((at(0.0).surprise() - 2.756_815_599_614_018).abs() < 1e-14);
+        assert!(at(10.6).surprise() < SURPRISE_MAX_NATS);
+        assert_eq!(at(10.7).surprise(), SURPRISE_MAX_NATS);
+        assert!(at(10.7).negative_log_likelihood() > SURPRISE_MAX_NATS);
+        assert_eq!(StepScore::UNUSABLE.surprise(), SURPRISE_MAX_NATS);
+        assert!(!StepScore::UNUSABLE.covered_90());
+    }
+
+    #[test]
     fn the_edge_of_the_ellipsoid_counts_as_inside() {
         let at = |d2: f64| {
             StepScore::new(
@@ -143,6 +207,12 @@ mod tests {
         let flat = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 0.0));
         assert_eq!(
             StepScore::new(&zero, &flat, &zero),
+            Err(Unusable::NotPositiveDefinite)
+        );
+        // Its determinant underflows, and the logarithm of that is no likelihood.
+        let tiny = unit * 1e-110;
+        assert_eq!(
+            StepScore::new(&zero, &tiny, &zero),
             Err(Unusable::NotPositiveDefinite)
         );
         let indefinite = Matrix3::new(1.0, 2.0, 0.0, 2.0, 1.0, 0.0, 0.0, 0.0, 1.0);
