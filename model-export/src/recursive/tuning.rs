@@ -124,3 +124,146 @@ pub fn refitted(model: &RecursiveModel, own: &[Flight], placed: bool) -> Recursi
     refitted.parameters.population = population;
     refitted
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flights::generator::{GeneratorSettings, generate};
+    use crate::kernel::Tier;
+    use crate::recursive::network::sampling::Sampling;
+    use crate::recursive::recipe::Recipe;
+    use crate::recursive::score::Score;
+    use crate::recursive::training::{ResumeError, Training, TrainingError};
+
+    fn flights(count: usize, seed: u64, speed_scale: f64) -> Vec<Flight> {
+        generate(&GeneratorSettings {
+            flights: count,
+            seed,
+            speed_scale,
+            ..GeneratorSettings::default()
+        })
+        .unwrap()
+    }
+
+    fn recipe(own: &[Flight], hold: Hold) -> Recipe {
+        let tuning = Tuning {
+            hold,
+            ..Tuning::new("abc".to_owned(), own, true)
+        };
+        Recipe {
+            flights: 32,
+            episodes: 6,
+            ..Recipe::DEFAULT.tuned(tuning)
+        }
+    }
+
+    fn shipped(flights: &[Flight]) -> RecursiveModel {
+        let small = Recipe {
+            flights: 32,
+            episodes: 2,
+            ..Recipe::DEFAULT
+        };
+        Training::new(small, flights).unwrap().model()
+    }
+
+    /// Own flights that are faster than any other: their likelihood rises.
+    #[test]
+    fn tuning_learns_from_own_flights() {
+        let (familiar, own) = (flights(8, 1, 1.0), flights(4, 2, 4.0));
+        let model = shipped(&familiar);
+        let recipe = Recipe {
+            episodes: 16,
+            ..recipe(&own, Hold::Nothing)
+        };
+        let mut training = Training::tune(recipe, &familiar, &own, &model).unwrap();
+        let judged = flights(8, 3, 4.0);
+        let population = training.parameters.population;
+        let cell = &crate::recursive::scenario::Scenario::Paper.cells(&judged, 5)[0];
+        let encounters = cell.encounters(&population);
+        let score = |training: &Training<'_>| {
+            let weights = training.network.weights(Tier::detect(), Sampling::Nothing);
+            Score::of(training.programs(), &weights, &encounters)
+        };
+        let before = score(&training);
+        for _ in 0..16 {
+            training.episode();
+        }
+        let after = score(&training);
+        assert!(
+            after.means.surprise < before.means.surprise - 0.02,
+            "{before:?} {after:?}"
+        );
+    }
+
+    #[test]
+    fn an_interrupted_tuning_ends_with_the_same_weights() {
+        let (familiar, own) = (flights(4, 1, 1.0), flights(2, 2, 2.0));
+        let model = shipped(&familiar);
+        let recipe = recipe(&own, Hold::Posterior);
+        let mut whole = Training::tune(recipe.clone(), &familiar, &own, &model).unwrap();
+        whole.episode();
+        let checkpoint = whole.checkpoint();
+        whole.episode();
+        let resumed = Training::resume_tuning(recipe.clone(), &familiar, &own, &model, &checkpoint);
+        let mut resumed = resumed.unwrap();
+        resumed.episode();
+        assert_eq!(
+            whole.model().blob().unwrap(),
+            resumed.model().blob().unwrap()
+        );
+        let other = Recipe { seed: 9, ..recipe };
+        let refused = Training::resume_tuning(other, &familiar, &own, &model, &checkpoint);
+        assert_eq!(refused.err(), Some(ResumeError::OtherRecipe));
+    }
+
+    /// A prior as sharp as certainty keeps the means where they were, no prior does not.
+    #[test]
+    fn the_prior_holds() {
+        let (familiar, own) = (flights(4, 1, 1.0), flights(2, 2, 2.0));
+        let mut model = shipped(&familiar);
+        model.network.log_sigmas.fill(-12.0);
+        let moved = |hold| {
+            let recipe = recipe(&own, hold);
+            let mut training = Training::tune(recipe, &familiar, &own, &model).unwrap();
+            for _ in 0..3 {
+                training.episode();
+            }
+            let pairs = training
+                .network
+                .means
+                .iter()
+                .zip(model.network.means.iter());
+            pairs.map(|(a, b)| f64::from((a - b).abs())).sum::<f64>()
+        };
+        let (free, held) = (moved(Hold::Nothing), moved(Hold::Posterior));
+        assert!(held < 0.9 * free, "{held} {free}");
+    }
+
+    #[test]
+    fn nothing_to_learn_from_is_an_error() {
+        let familiar = flights(2, 1, 1.0);
+        let model = shipped(&familiar);
+        let none = Training::tune(recipe(&[], Hold::Nothing), &familiar, &[], &model);
+        assert_eq!(none.err(), Some(TrainingError::NoFlights));
+        let untuned = Training::tune(Recipe::DEFAULT, &familiar, &familiar, &model);
+        assert_eq!(untuned.err(), Some(TrainingError::NoFlights));
+        let mut short = familiar.clone();
+        short[0].samples.truncate(40);
+        assert_eq!(usable(short).len(), 1);
+    }
+
+    #[test]
+    fn the_population_meets_half_way() {
+        let familiar = flights(6, 1, 1.0);
+        let model = shipped(&familiar);
+        let fast = flights(6, 2, 3.0);
+        let placed = refitted(&model, &fast, true).parameters.population;
+        let known = model.parameters.population;
+        let found = population_of(&fast).unwrap();
+        assert_eq!(placed.range_m, known.range_m);
+        assert!(placed.horizontal_sigma_mps > known.horizontal_sigma_mps);
+        assert!(placed.horizontal_sigma_mps < found.horizontal_sigma_mps);
+        let kept = refitted(&model, &fast, false).parameters.population;
+        assert!((kept.height_m - 0.5 * (known.height_m + found.height_m)).abs() < 1e-9);
+    }
+}
