@@ -101,7 +101,7 @@ fn every_estimate_of_bnkfe_is_identical() {
 
 #[test]
 fn every_estimate_of_the_recursive_tracker_is_identical() {
-    let bytes = untrained::recursive_blob(48);
+    let bytes = untrained::recursive_blob(42);
     let image = image(&bytes);
     let blob = Blob::parse(&bytes).unwrap();
     for passes in [1, 16] {

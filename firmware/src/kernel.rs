@@ -3,7 +3,8 @@
 //! The only module that may hold `unsafe` or assembly: DSP and floating-point instructions on the
 //! microcontroller, SSE2 on the host, with a portable twin beside them; all give the same bits.
 //! Lanes are Monte Carlo passes, so an unpacked weight serves `L` passes (weight-stationary), and
-//! lane-wise arithmetic never reorders a sum.
+//! lane-wise arithmetic never reorders a sum. A single pass has one lane and four rows instead: an
+//! activation that was loaded serves four outputs.
 //!
 //! Four consecutive inputs 4q..4q+3 are two words of two signed 16-bit halves, low half first:
 //! word 2q holds inputs 4q and 4q+2, word 2q+1 holds 4q+1 and 4q+3, which is how SXTB16 unpacks
@@ -16,10 +17,12 @@ pub mod activation;
 #[cfg(any(target_arch = "x86_64", arm_dsp))]
 mod four_lanes;
 mod packed;
+mod vector;
 #[cfg(arm_vfp)]
 mod vfp;
 
 pub use packed::Packed;
+pub use vector::Vector;
 
 use crate::blob::field::WIDTH_MAX;
 use crate::series;
@@ -78,6 +81,30 @@ fn dot_means<const L: usize>(row: &[u8], words: &[[u32; L]]) -> [i32; L] {
         multiply_accumulate(&mut sums, sign_extend_even_bytes(codes >> 8), &words[1]);
     }
     sums
+}
+
+/// Integer sums of each row's int8 codes times the halves of `words`, which are as many as one row
+/// has. There is a row for every sum.
+#[inline]
+fn dot_rows(rows: &[u8], words: &[u32], sums: &mut [i32]) {
+    let stride = 2 * words.len();
+    if stride == 0 {
+        sums.fill(0);
+        return;
+    }
+    #[cfg(any(target_arch = "x86_64", arm_dsp))]
+    let (rows, sums) = {
+        let (fours, rest) = sums.as_chunks_mut();
+        let Some((whole, rows)) = rows.split_at_checked(4 * stride * fours.len()) else {
+            return;
+        };
+        four_lanes::dot_rows(whole, words, fours);
+        (rows, rest)
+    };
+    let (words, _) = words.as_chunks::<1>();
+    for (row, sum) in rows.chunks_exact(stride).zip(sums) {
+        [*sum] = dot_means(row, words);
+    }
 }
 
 /// Integer sums of decoded variances times the halves of `words`.
@@ -225,6 +252,32 @@ mod tests {
                 }
                 assert_eq!(i64::from(means[lane]), mean);
                 assert_eq!(i64::from(variances[lane]), variance);
+            }
+        }
+    }
+
+    /// Whole fours of rows, rows that are left over, and groups that are no multiple of four.
+    #[test]
+    fn rows_equal_naive_integer_sums() {
+        let mut rng = seeded(8);
+        for groups in 1..=WIDTH_MAX / 4 {
+            for count in [1, 3, 4, 5, 8, 11] {
+                let rows: [u8; 11 * WIDTH_MAX + 1] = core::array::from_fn(|_| rng.next_u32() as u8);
+                let words: [u32; WIDTH_MAX / 2] = core::array::from_fn(|_| rng.next_u32());
+                // One byte ahead: rows begin anywhere.
+                let rows = &rows[1..][..4 * groups * count];
+                let mut sums = [7; 12];
+                dot_rows(rows, &words[..2 * groups], &mut sums[..count]);
+                for (row, sum) in rows.chunks_exact(4 * groups).zip(sums) {
+                    let mut expected = 0_i32;
+                    for (input, &code) in row.iter().enumerate() {
+                        let word = words[2 * (input / 4) + input % 2];
+                        let value = (word >> (input % 4 / 2 * 16)) as u16 as i16;
+                        expected += i32::from(code as i8) * i32::from(value);
+                    }
+                    assert_eq!(sum, expected);
+                }
+                assert_eq!(sums[count..], [7; 12][count..]);
             }
         }
     }

@@ -6,8 +6,8 @@ pub mod monte_carlo;
 use crate::blob::NetworkView;
 use crate::blob::field::WIDTH_MAX;
 use crate::gaussian::standard_normals;
-use crate::kernel::activation::{gelu, gelus};
-use crate::kernel::{Packed, sqrt, square_roots};
+use crate::kernel::activation::{gelu, gelu_in_place, gelus};
+use crate::kernel::{Packed, Vector, sqrt, square_roots};
 
 use rand_core::Rng;
 
@@ -63,21 +63,21 @@ impl<'a> Network<'a> {
 
     /// Every weight at its mean. `inputs` are normalised; `outputs` are not yet scaled back.
     pub fn mean_pass(&self, inputs: &[f32], outputs: &mut [f32]) {
-        let mut packed = Packed::<1>::new();
-        let mut activations = [[0.0_f32; 1]; WIDTH_MAX];
+        let mut vector = Vector::new();
+        let mut activations = [0.0; WIDTH_MAX];
         for (slot, &x) in activations.iter_mut().zip(inputs) {
-            *slot = [x];
+            *slot = x;
         }
         let last = self.view.layers() - 1;
         for index in 0..=last {
             let layer = self.view.layer(index);
-            packed.pack(&activations[..layer.inputs]);
-            layer::means(&layer, &packed, |output, mean| {
-                activations[output] = if index < last { mean.map(gelu) } else { mean };
-            });
-        }
-        for (slot, activation) in outputs.iter_mut().zip(activations) {
-            *slot = activation[0];
+            vector.pack(&activations[..layer.inputs]);
+            if index < last {
+                layer::means(&layer, &mut vector, &mut activations);
+                gelu_in_place(&mut activations[..layer.outputs]);
+            } else {
+                layer::means(&layer, &mut vector, outputs);
+            }
         }
     }
 

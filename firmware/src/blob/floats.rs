@@ -24,9 +24,21 @@ impl<'a> Floats<'a> {
 
     /// All values in order.
     pub fn iter(&self) -> impl Iterator<Item = f32> + use<'a> {
-        self.0
-            .chunks_exact(4)
-            .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+        self.bytes().iter().map(|&b| f32::from_le_bytes(b))
+    }
+
+    /// All values in order, two at a time.
+    pub fn pairs(&self) -> impl Iterator<Item = [f32; 2]> + use<'a> {
+        let (pairs, _) = self.bytes().as_chunks();
+        pairs
+            .iter()
+            .map(|[a, b]| [a, b].map(|&b| f32::from_le_bytes(b)))
+    }
+
+    /// The bytes of all values in order.
+    #[inline]
+    pub fn bytes(&self) -> &'a [[u8; 4]] {
+        self.0.as_chunks().0
     }
 }
 

@@ -51,6 +51,8 @@ fn what_was_written_is_what_is_read() {
         let parameters: Vec<f32> = blob.parameters().iter().collect();
         assert_eq!(parameters, draft.parameters);
         let inputs: Vec<f32> = blob.input_normalisation().iter().collect();
+        let pairs: Vec<[f32; 2]> = blob.input_normalisation().pairs().collect();
+        assert_eq!(pairs.as_flattened(), inputs);
         assert_eq!(inputs, draft.inputs.as_flattened());
         let outputs: Vec<f32> = blob.output_normalisation().iter().collect();
         assert_eq!(outputs, draft.outputs.as_flattened());

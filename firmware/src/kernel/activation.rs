@@ -53,6 +53,18 @@ pub fn gelus(x: [f32; 4]) -> [f32; 4] {
     x.map(gelu)
 }
 
+/// [`gelu`] of every number.
+#[inline]
+pub fn gelu_in_place(x: &mut [f32]) {
+    let (fours, rest) = x.as_chunks_mut();
+    for x in fours {
+        *x = gelus(*x);
+    }
+    for x in rest {
+        *x = gelu(*x);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -81,6 +93,10 @@ mod tests {
         let bits = |numbers: [f32; 4]| numbers.map(f32::to_bits);
         assert_eq!(bits(gelus(x)), bits(x.map(gelu)));
         assert!((gelus(x)[3] - 1.174_16).abs() < 3e-5);
+        let all = [-6.0, -0.7, 0.0, 1.3, 0.2, 7.0];
+        let mut got = all;
+        gelu_in_place(&mut got);
+        assert_eq!(got.map(f32::to_bits), all.map(|x| gelu(x).to_bits()));
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! Four lanes at once on the microcontroller: the activations of four passes come by LDM, and SMLAD
-//! does two products.
+//! Four lanes or four rows at once on the microcontroller: the activations of four passes, or of
+//! eight inputs of one pass, come by LDM, and SMLAD does two products.
 
 use core::arch::naked_asm;
 use core::mem::MaybeUninit;
@@ -133,6 +133,157 @@ unsafe extern "C" fn sum_row(
         "pop {{r4-r11, pc}}",
         ".purgem BNKF_MEANS",
         ".purgem BNKF_VARIANCES",
+    )
+}
+
+/// Sums of the int8 codes of each row times the halves of `words`, two words for every group of four
+/// codes; four rows at a time.
+#[inline]
+pub fn dot_rows(rows: &[u8], words: &[u32], sums: &mut [[i32; 4]]) {
+    let stride = 2 * words.len();
+    let sums_match = rows.len() == 4 * stride * sums.len() && !sums.is_empty();
+    let is_wide = stride == WIDE && rows.as_ptr().cast::<u32>().is_aligned();
+    if sums_match && is_wide {
+        let sums = sums.as_mut_ptr_range();
+        // SAFETY: reads all of `words`, which are [`WIDE`] halves, and all of `rows`, which begin on a
+        // word as LDRD needs it; writes all of `sums`, of which there is at least one.
+        unsafe { sum_wide_rows(rows.as_ptr(), words.as_ptr(), sums.start, sums.end) }
+    } else if sums_match && words.len() % 2 == 0 {
+        let words = words.as_ptr_range();
+        let sums = sums.as_mut_ptr_range();
+        // SAFETY: reads whole pairs of `words`, and four bytes of each of four rows for a pair, which
+        // is all of `rows`; writes all of `sums`, of which there is at least one.
+        unsafe {
+            sum_rows(
+                rows.as_ptr(),
+                words.start,
+                words.end,
+                stride,
+                sums.start,
+                sums.end,
+            );
+        }
+    }
+}
+
+/// Inputs of the widest layer, whose rows have their own loop.
+const WIDE: usize = 64;
+const _: () = assert!(WIDE == crate::blob::field::WIDTH_MAX);
+
+/// Rows of [`WIDE`] codes that begin on a word: eight codes come by one LDRD.
+#[unsafe(naked)]
+unsafe extern "C" fn sum_wide_rows(
+    rows: *const u8,
+    words: *const u32,
+    sums: *mut [i32; 4],
+    sums_end: *mut [i32; 4],
+) {
+    naked_asm!(
+        // r0 the first of four rows, r1 words, r2 sums, r3-r6 eight activations, r8-r11 four sums.
+        ".macro BNKF_WIDE_ROW sum, place:vararg",
+        "ldrd r7, r12, \\place",
+        "sxtb16 lr, r7",
+        "sxtb16 r7, r7, ror #8",
+        "smlad \\sum, lr, r3, \\sum",
+        "sxtb16 lr, r12",
+        "smlad \\sum, r7, r4, \\sum",
+        "sxtb16 r12, r12, ror #8",
+        "smlad \\sum, lr, r5, \\sum",
+        "smlad \\sum, r12, r6, \\sum",
+        ".endm",
+        // The ends of the words and of the sums lie lowest on the stack.
+        "push {{r3-r11, lr}}",
+        "add r12, r1, #128",
+        "push {{r12}}",
+        "2:",
+        "mov r8, #0",
+        "mov r9, #0",
+        "mov r10, #0",
+        "mov r11, #0",
+        "3:",
+        ".rept 4",
+        "ldmia r1!, {{r3-r6}}",
+        "BNKF_WIDE_ROW r9, [r0, #64]",
+        "BNKF_WIDE_ROW r10, [r0, #128]",
+        "BNKF_WIDE_ROW r11, [r0, #192]",
+        "BNKF_WIDE_ROW r8, [r0], #8",
+        ".endr",
+        "ldrd r7, r12, [sp]",
+        "cmp r1, r7",
+        "bne 3b",
+        "stmia r2!, {{r8-r11}}",
+        "sub r1, #128",
+        "add r0, #192",
+        "cmp r2, r12",
+        "bne 2b",
+        "add sp, #8",
+        "pop {{r4-r11, pc}}",
+        ".purgem BNKF_WIDE_ROW",
+    )
+}
+
+/// Rows of any length from any address: a single group of four codes if they are odd, then pairs.
+#[unsafe(naked)]
+unsafe extern "C" fn sum_rows(
+    rows: *const u8,
+    words: *const u32,
+    words_end: *const u32,
+    stride: usize,
+    sums: *mut [i32; 4],
+    sums_end: *mut [i32; 4],
+) {
+    naked_asm!(
+        // r0 the first of four rows, r4 the last, r3 from row to row, r1 words, r8-r11 sums.
+        ".macro BNKF_ROW sum, first, second, place:vararg",
+        "ldr r7, \\place",
+        "sxtb16 r12, r7",
+        "sxtb16 r7, r7, ror #8",
+        "smlad \\sum, r12, \\first, \\sum",
+        "smlad \\sum, r7, \\second, \\sum",
+        ".endm",
+        ".macro BNKF_ROWS first, second",
+        "BNKF_ROW r9, \\first, \\second, [r0, r3]",
+        "BNKF_ROW r10, \\first, \\second, [r0, r3, lsl #1]",
+        "BNKF_ROW r8, \\first, \\second, [r0], #4",
+        "BNKF_ROW r11, \\first, \\second, [r4], #4",
+        ".endm",
+        // The end of the words lies lowest on the stack; the other arguments above ten registers.
+        "push {{r2, r4-r11, lr}}",
+        "2:",
+        "mov r8, #0",
+        "mov r9, #0",
+        "mov r10, #0",
+        "mov r11, #0",
+        "add r4, r3, r3, lsl #1",
+        "add r4, r0",
+        "3:",
+        "ldr r7, [sp]",
+        "subs r7, r1",
+        "beq 5f",
+        "tst r7, #15",
+        "beq 4f",
+        "ldmia r1!, {{r2, r5}}",
+        "BNKF_ROWS r2, r5",
+        "b 3b",
+        "4:",
+        "ldmia r1!, {{r2, r5, r6, lr}}",
+        "BNKF_ROWS r2, r5",
+        "BNKF_ROWS r6, lr",
+        "ldr r7, [sp]",
+        "cmp r1, r7",
+        "bne 4b",
+        "5:",
+        "ldr r7, [sp, #40]",
+        "ldr r12, [sp, #44]",
+        "stmia r7!, {{r8-r11}}",
+        "str r7, [sp, #40]",
+        "sub r1, r1, r3, lsl #1",
+        "mov r0, r4",
+        "cmp r7, r12",
+        "bne 2b",
+        "pop {{r2, r4-r11, pc}}",
+        ".purgem BNKF_ROW",
+        ".purgem BNKF_ROWS",
     )
 }
 

@@ -2,13 +2,13 @@
 
 #[cfg(arm_vfp)]
 use super::vfp;
-use super::{SQUARE_MAX, VARIANCE_MAX, dot_means, dots, halves};
+use super::{SQUARE_MAX, VARIANCE_MAX, dots, halves};
 use crate::blob::field::WIDTH_MAX;
 
 /// Words that hold the activations of the widest layer.
-const WORDS: usize = WIDTH_MAX / 2;
+pub(super) const WORDS: usize = WIDTH_MAX / 2;
 /// Largest magnitude of a quantised activation.
-const VALUE_MAX: f32 = 32_767.0;
+pub(super) const VALUE_MAX: f32 = 32_767.0;
 const _: () = assert!(WIDTH_MAX as u64 * VALUE_MAX as u64 * 128 <= i32::MAX as u64);
 /// Quantised square of a quantised activation of 1.
 pub(super) const SQUARE_STEP: f32 = SQUARE_MAX / (VALUE_MAX * VALUE_MAX);
@@ -45,31 +45,18 @@ impl<const L: usize> Packed<L> {
         let mut inverse = [0.0; L];
         for lane in 0..L {
             let largest = largest[lane];
-            inverse[lane] = if largest > f32::MIN_POSITIVE && largest < f32::INFINITY {
-                VALUE_MAX / largest
-            } else {
-                0.0
-            };
+            inverse[lane] = steps_per_unit(largest);
             self.value_scale[lane] = largest / VALUE_MAX;
             self.variance_scale[lane] = largest * largest / (SQUARE_MAX * VARIANCE_MAX as f32);
         }
         quantise(activations, &inverse, &mut self.values, &mut self.squares);
     }
 
-    /// Sum over inputs of mean code times activation, in units of the channel scale.
-    ///
-    /// `row` holds int8 codes, padded with zeros to a multiple of four.
-    #[inline]
-    pub fn dot_means(&self, row: &[u8]) -> [f32; L] {
-        let sums = dot_means(row, &self.values);
-        core::array::from_fn(|lane| sums[lane] as f32 * self.value_scale[lane])
-    }
-
-    /// [`Packed::dot_means`] of `means`, and the sum over inputs of variance times squared
-    /// activation, in units of the layer's largest variance. Variances below 1/16,000 of the
+    /// Sum over inputs of mean times activation, in units of the channel scale, and of variance times
+    /// squared activation, in units of the layer's largest variance. Variances below 1/16,000 of the
     /// largest count as zero here.
     ///
-    /// Both rows are equally long and padded with zeros to a multiple of four.
+    /// `means` are int8 codes; both rows are equally long and padded with zeros to a multiple of four.
     #[inline]
     pub fn dots(&self, means: &[u8], codes: &[u8]) -> ([f32; L], [f32; L]) {
         let [means, variances] = dots(means, codes, &self.values, &self.squares);
@@ -84,6 +71,26 @@ impl<const L: usize> Default for Packed<L> {
     fn default() -> Self {
         Self::new()
     }
+}
+
+/// Steps of a quantised activation per unit, when the magnitude `largest` has all of them; zero when
+/// there is nothing to tell apart.
+#[inline]
+pub(super) fn steps_per_unit(largest: f32) -> f32 {
+    if largest > f32::MIN_POSITIVE && largest < f32::INFINITY {
+        VALUE_MAX / largest
+    } else {
+        0.0
+    }
+}
+
+/// Largest magnitude of one pass; infinity or NaN if there is one.
+#[inline]
+pub(super) fn largest_magnitude(activations: &[f32]) -> f32 {
+    let (fours, rest) = activations.as_chunks::<4>();
+    let [rest] = largest_magnitudes(rest.as_chunks().0);
+    let largest = largest_magnitudes(fours).into_iter().map(f32::to_bits);
+    f32::from_bits(largest.fold(rest.to_bits(), u32::max))
 }
 
 /// Largest magnitude of each pass; infinity or NaN if there is one.
@@ -149,7 +156,7 @@ fn quantise<const L: usize>(
 
 /// Nearest integer of |x| < 2^15, ties to even, as the low half of a word in two's complement.
 #[inline]
-fn round(x: f32) -> u32 {
+pub(super) fn round(x: f32) -> u32 {
     (x + ROUNDER).to_bits() & 0xFFFF
 }
 
@@ -206,8 +213,8 @@ mod tests {
         for lane in 0..4 {
             let mut single = Packed::<1>::new();
             single.pack(&wide.map(|x| [x[lane]]));
-            assert_eq!(together.0[lane], single.dot_means(&row)[0]);
-            assert_eq!(together.1[lane], single.dots(&row, &row).1[0]);
+            let ([mean], [variance]) = single.dots(&row, &row);
+            assert_eq!((together.0[lane], together.1[lane]), (mean, variance));
         }
     }
 
@@ -216,7 +223,7 @@ mod tests {
         for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
             let mut packed = Packed::<1>::new();
             packed.pack(&[[1.0], [bad], [0.5]]);
-            assert!(!packed.dot_means(&[1, 1, 1, 0])[0].is_finite());
+            assert!(!packed.dots(&[1, 1, 1, 0], &[0; 4]).0[0].is_finite());
         }
     }
 
@@ -249,7 +256,7 @@ mod tests {
             let x = f64::from(x[0]);
             let mut row = [0; 8];
             row[input] = 1;
-            let mean = f64::from(packed.dot_means(&row)[0]);
+            let mean = f64::from(packed.dots(&row, &[0; 8]).0[0]);
             assert!((mean - x).abs() <= 0.501 * largest / 32_767.0, "{mean} {x}");
             row[input] = 255;
             let variance = f64::from(packed.dots(&[0; 8], &row).1[0]);
@@ -263,6 +270,6 @@ mod tests {
         let mut packed = Packed::<1>::new();
         packed.pack(&[[9.0]; 8]);
         packed.pack(&[[1.0]; 3]);
-        assert_eq!(packed.dot_means(&[1, 1, 1, 0])[0], 3.0);
+        assert_eq!(packed.dots(&[1, 1, 1, 0], &[0; 4]).0[0], 3.0);
     }
 }

@@ -1,4 +1,4 @@
-//! Four lanes at once in the microcontroller's floating-point unit, whose registers the compiler
+//! Four lanes, inputs or rows at once in the microcontroller's floating-point unit, whose registers the compiler
 //! lends to no inline assembly on this target. Every operation rounds as the host's does.
 
 use core::arch::naked_asm;
@@ -100,6 +100,130 @@ unsafe extern "C" fn quantise_groups(
         rounder_high = const ROUNDER.to_bits() >> 16,
         step_low = const SQUARE_STEP.to_bits() & 0xFFFF,
         step_high = const SQUARE_STEP.to_bits() >> 16,
+    )
+}
+
+/// Quantises whole groups of four inputs of one pass, as [`Vector::pack`](super::Vector::pack) does.
+#[inline]
+pub fn quantise_vector(activations: &[[f32; 4]], inverse: f32, pairs: &mut [[u32; 2]]) {
+    let groups = activations.len().min(pairs.len());
+    if groups > 0 {
+        // SAFETY: reads `groups` times four words of `activations`, writes as many times two of
+        // `pairs`.
+        unsafe {
+            quantise_vector_groups(activations.as_ptr(), groups, pairs.as_mut_ptr(), inverse);
+        }
+    }
+}
+
+#[unsafe(naked)]
+unsafe extern "C" fn quantise_vector_groups(
+    activations: *const [f32; 4],
+    groups: usize,
+    pairs: *mut [u32; 2],
+    inverse: f32,
+) {
+    naked_asm!(
+        ".fpu fpv4-sp-d16",
+        "push {{r4, lr}}",
+        "movw r3, #{rounder_low}",
+        "movt r3, #{rounder_high}",
+        "vmov s1, r3",
+        "2:",
+        "vldmia r0!, {{s4-s7}}",
+        "vmul.f32 s4, s4, s0",
+        "vmul.f32 s5, s5, s0",
+        "vmul.f32 s6, s6, s0",
+        "vmul.f32 s7, s7, s0",
+        "vadd.f32 s4, s4, s1",
+        "vadd.f32 s5, s5, s1",
+        "vadd.f32 s6, s6, s1",
+        "vadd.f32 s7, s7, s1",
+        "vmov r3, r4, s4, s5",
+        "vmov r12, lr, s6, s7",
+        "pkhbt r3, r3, r12, lsl #16",
+        "pkhbt r4, r4, lr, lsl #16",
+        "stmia r2!, {{r3, r4}}",
+        "subs r1, #1",
+        "bne 2b",
+        "pop {{r4, pc}}",
+        rounder_low = const ROUNDER.to_bits() & 0xFFFF,
+        rounder_high = const ROUNDER.to_bits() >> 16,
+    )
+}
+
+/// `sum * scale * scales + biases` for four rows at a time, as
+/// [`Vector::dot_rows`](super::Vector::dot_rows) does it.
+#[inline]
+pub fn scale_rows(
+    sums: &[[i32; 4]],
+    scale: f32,
+    scales: &[[[u8; 4]; 4]],
+    biases: &[[[u8; 4]; 4]],
+    means: &mut [[f32; 4]],
+) {
+    let fours = sums.len().min(scales.len());
+    let fours = fours.min(biases.len()).min(means.len());
+    if fours > 0 {
+        // SAFETY: reads `fours` times four words of `sums`, and of `scales` and `biases` by LDR, which
+        // takes any alignment; writes as many of `means`.
+        unsafe {
+            scale_fours(
+                sums.as_ptr(),
+                scales.as_ptr(),
+                biases.as_ptr(),
+                means.as_mut_ptr(),
+                fours,
+                scale,
+            );
+        }
+    }
+}
+
+#[unsafe(naked)]
+unsafe extern "C" fn scale_fours(
+    sums: *const [i32; 4],
+    scales: *const [[u8; 4]; 4],
+    biases: *const [[u8; 4]; 4],
+    means: *mut [f32; 4],
+    fours: usize,
+    scale: f32,
+) {
+    naked_asm!(
+        ".fpu fpv4-sp-d16",
+        // Four floats from any address to S registers.
+        ".macro BNKF_FLOATS from, f0, f1, f2, f3",
+        "ldr r4, [\\from], #4",
+        "ldr r5, [\\from], #4",
+        "ldr r6, [\\from], #4",
+        "ldr r7, [\\from], #4",
+        "vmov \\f0, \\f1, r4, r5",
+        "vmov \\f2, \\f3, r6, r7",
+        ".endm",
+        "push {{r4-r7, lr}}",
+        // Above the five registers.
+        "ldr r12, [sp, #20]",
+        "2:",
+        "vldmia r0!, {{s4-s7}}",
+        "BNKF_FLOATS r1, s8, s9, s10, s11",
+        "BNKF_FLOATS r2, s12, s13, s14, s15",
+        "vcvt.f32.s32 s4, s4",
+        "vcvt.f32.s32 s5, s5",
+        "vcvt.f32.s32 s6, s6",
+        "vcvt.f32.s32 s7, s7",
+        "vmul.f32 s4, s4, s0",
+        "vmul.f32 s5, s5, s0",
+        "vmul.f32 s6, s6, s0",
+        "vmul.f32 s7, s7, s0",
+        "vmla.f32 s12, s4, s8",
+        "vmla.f32 s13, s5, s9",
+        "vmla.f32 s14, s6, s10",
+        "vmla.f32 s15, s7, s11",
+        "vstmia r3!, {{s12-s15}}",
+        "subs r12, #1",
+        "bne 2b",
+        "pop {{r4-r7, pc}}",
+        ".purgem BNKF_FLOATS",
     )
 }
 

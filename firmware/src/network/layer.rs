@@ -7,7 +7,7 @@
 use crate::blob::LayerView;
 use crate::blob::field::row_stride;
 use crate::gaussian::standard_normal;
-use crate::kernel::{Packed, sqrt};
+use crate::kernel::{Packed, Vector, sqrt};
 use rand_core::Rng;
 
 /// Calls `each(output, mean, variance)` with the moments of every pre-activation, for `L` passes.
@@ -35,22 +35,16 @@ pub fn moments<const L: usize>(
     }
 }
 
-/// The means of the pre-activations alone: the layer with every weight at its mean.
+/// The means of the pre-activations alone, one in `means` for every output: the layer with every
+/// weight at its mean. `vector` holds the inputs.
 #[inline]
-pub fn means<const L: usize>(
-    layer: &LayerView<'_>,
-    packed: &Packed<L>,
-    mut each: impl FnMut(usize, [f32; L]),
-) {
-    let rows = layer.means.chunks_exact(row_stride(layer.inputs));
-    for (output, means) in rows.enumerate() {
-        let scale = layer.channel_scale.get(output);
-        let bias = layer.bias_mean.get(output);
-        each(
-            output,
-            packed.dot_means(means).map(|dot| dot * scale + bias),
-        );
-    }
+pub fn means(layer: &LayerView<'_>, vector: &mut Vector, means: &mut [f32]) {
+    vector.dot_rows(
+        layer.means,
+        layer.channel_scale.bytes(),
+        layer.bias_mean.bytes(),
+        means,
+    );
 }
 
 /// The layer for one draw of every weight and bias, in f32 throughout: the definition that
@@ -121,14 +115,25 @@ mod tests {
             }
         });
         assert_eq!(seen, OUTPUTS);
-        let mut all = std::vec::Vec::new();
-        moments(&layer, &packed, |_, mean, _| all.push(mean));
-        means(&layer, &packed, |output, mean| {
-            assert_eq!(mean, all[output])
+    }
+
+    #[test]
+    fn means_alone_are_the_means_of_the_moments() {
+        let bytes = Draft::memoryless(&[INPUTS, 7, OUTPUTS], 33).bytes();
+        let network = Blob::parse(&bytes).unwrap().networks().next().unwrap();
+        let layer = network.layer(0);
+        let (mut packed, mut vector) = (Packed::<1>::new(), Vector::new());
+        packed.pack(&inputs().map(|x| [x]));
+        vector.pack(&inputs());
+        let mut got = [f32::NAN; 8];
+        means(&layer, &mut vector, &mut got);
+        let mut seen = 0;
+        moments(&layer, &packed, |output, mean, _| {
+            assert_eq!(got[output], mean[0]);
+            seen += 1;
         });
-        let mut rows = 0;
-        means(&layer, &packed, |_, _| rows += 1);
-        assert_eq!(rows, OUTPUTS);
+        assert_eq!(seen, 7);
+        assert!(got[7].is_nan());
     }
 
     /// The same normal numbers in f64: the bias of a row first, then its weights.

@@ -98,14 +98,14 @@ impl<'a> Recursive<'a> {
     /// The estimate at the time of `measurement`, whose values and time were checked; `anew` when its
     /// time does not follow the ones before.
     pub fn step(&mut self, measurement: &Measurement, anew: bool) -> Result<Estimate, StepError> {
-        let Some(track) = self.track.filter(|_| !anew) else {
+        let Some(mut track) = self.track.filter(|_| !anew) else {
             return self.start(measurement, Mode::Started);
         };
         let dt_s = seconds_between(track.time_us, measurement.time_us);
         if track.memory.coast_s + dt_s > SILENCE_MAX_S {
             return self.start(measurement, Mode::Started);
         }
-        let (mut track, step) = self.predicted(track, measurement.time_us)?;
+        let step = self.predict(&mut track, measurement.time_us)?;
         let vectors = Vectors::from(measurement);
         let hypotheses = &self.parameters.hypotheses;
         let mut nis = NIS_MAX;
@@ -157,8 +157,8 @@ impl<'a> Recursive<'a> {
 
     /// The estimate at `time_us` without a measurement.
     pub fn coast(&mut self, time_us: u64) -> Result<Estimate, StepError> {
-        let track = self.track.ok_or(StepError::NotStarted)?;
-        let (mut track, step) = self.predicted(track, time_us)?;
+        let mut track = self.track.ok_or(StepError::NotStarted)?;
+        let step = self.predict(&mut track, time_us)?;
         track.doubt(&step.interval, &self.parameters.hypotheses);
         if !track.settle() {
             self.forget();
@@ -226,9 +226,9 @@ impl<'a> Recursive<'a> {
         Ok(track.estimate(nis, mode, outside, doubt))
     }
 
-    /// The track at `time_us` before any correction, not settled yet, with what is still to be
-    /// remembered of the last part of the way.
-    fn predicted(&mut self, mut track: Track, time_us: u64) -> Result<(Track, Step), StepError> {
+    /// Moves the track to `time_us`, before any correction and not settled yet; returns what is still
+    /// to be remembered of the last part of the way.
+    fn predict(&mut self, track: &mut Track, time_us: u64) -> Result<Step, StepError> {
         let dt_s = seconds_between(track.time_us, time_us);
         track.time_us = time_us;
         let mut parts = 1_u16;
@@ -248,13 +248,13 @@ impl<'a> Recursive<'a> {
             notes: [0.0; NOTES],
         };
         if interval_s <= 0.0 {
-            return Ok((track, step));
+            return Ok(step);
         }
         for part in 0..parts {
             if part > 0 {
                 track.doubt(&step.interval, &p.hypotheses);
                 track.memory.missed();
-                step.remember(&mut track, false);
+                step.remember(track, false);
             }
             let sight = track.sight();
             let mut factor = None;
@@ -266,14 +266,14 @@ impl<'a> Recursive<'a> {
             {
                 Schedule::read(&[0.0; OUTPUTS], &p.base)
             } else {
-                let inputs = features(
+                let mut inputs = features(
                     &track.state,
                     &track.covariance,
                     &track.memory,
                     &sight,
                     interval_s,
                 );
-                let (outputs, jerk_variance) = self.infer(inputs);
+                let (outputs, jerk_variance) = self.infer(&mut inputs);
                 if !outputs
                     .iter()
                     .chain(&jerk_variance)
@@ -302,14 +302,14 @@ impl<'a> Recursive<'a> {
                 track.fuse(&factor, &p.population, interval_s);
             }
         }
-        Ok((track, step))
+        Ok(step)
     }
 
     /// The network's outputs, and the variance of the mean jerk over passes, (m/s^3)^2.
-    fn infer(&mut self, mut inputs: [f32; FEATURES]) -> ([f32; OUTPUTS], [f32; 3]) {
-        let pairs = self.blob.input_normalisation();
-        for (i, input) in inputs.iter_mut().enumerate() {
-            let normalised = (*input - pairs.get(2 * i)) * pairs.get(2 * i + 1);
+    fn infer(&mut self, inputs: &mut [f32; FEATURES]) -> ([f32; OUTPUTS], [f32; 3]) {
+        let pairs = self.blob.input_normalisation().pairs();
+        for (input, [mean, inverse]) in inputs.iter_mut().zip(pairs) {
+            let normalised = (*input - mean) * inverse;
             *input = normalised.clamp(-FEATURE_LIMIT as f32, FEATURE_LIMIT as f32);
         }
         let mut outputs = [0.0; OUTPUTS];
@@ -317,11 +317,11 @@ impl<'a> Recursive<'a> {
         for view in self.blob.networks() {
             let network = Network::new(view);
             if self.settings.passes == 1 {
-                network.mean_pass(&inputs, &mut outputs);
+                network.mean_pass(inputs, &mut outputs);
             } else {
                 (outputs, variances) = separate_moments(
                     &network,
-                    &inputs,
+                    inputs,
                     self.settings.passes,
                     &mut self.rng,
                     &mut self.scratch,
@@ -334,8 +334,8 @@ impl<'a> Recursive<'a> {
             let output = JERK_OUTPUT + axis;
             (JERK_SCALE * JERK_SCALE) as f32 * scale(output) * scale(output) * variances[output]
         });
-        for (i, output) in outputs.iter_mut().enumerate() {
-            *output = pairs.get(2 * i) + scale(i) * *output;
+        for (output, [mean, scale]) in outputs.iter_mut().zip(pairs.pairs()) {
+            *output = mean + scale * *output;
         }
         (outputs, jerk_variance)
     }
