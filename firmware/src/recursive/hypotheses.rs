@@ -57,13 +57,13 @@ impl Hypotheses<f64> {
         confidence: 100.0,
         manoeuvres: [
             Manoeuvre {
-                prior: 2e-3,
+                prior: 5e-3,
                 jerk: 7.389,
                 acceleration: 54.6,
                 velocity: 2.718,
             },
             Manoeuvre {
-                prior: 1e-4,
+                prior: 5e-4,
                 jerk: 54.6,
                 acceleration: 2981.0,
                 velocity: 54.6,
@@ -216,11 +216,11 @@ mod tests {
     #[test]
     fn odds_start_as_the_prior_and_follow_what_is_seen() {
         let odds = H.odds(&[0.0; HYPOTHESES]);
-        for (k, expected) in [0.9949, 0.002, 0.0001, 0.003].into_iter().enumerate() {
+        for (k, expected) in [0.9915, 0.005, 0.0005, 0.003].into_iter().enumerate() {
             assert!((odds[k] - expected).abs() < 1e-12, "{k}");
         }
         let odds = H.odds(&[60.0, 40.0, 0.0, 0.0]);
-        assert!((odds[1] - 40.2 / 200.0).abs() < 1e-12);
+        assert!((odds[1] - 40.5 / 200.0).abs() < 1e-12);
         assert!((odds.iter().sum::<f64>() - 1.0).abs() < 1e-12);
     }
 

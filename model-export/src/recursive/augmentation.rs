@@ -70,9 +70,9 @@ impl Augmentation {
         recorded_share: 0.3,
         other_rate_share: 0.1,
         agile_share: 0.22,
-        haste_share: 0.12,
+        haste_share: 0.15,
         haste_max: 4.0,
-        elsewhere_share: 0.15,
+        elsewhere_share: 0.2,
         elsewhere: Elsewhere {
             range_m: [6.0, 95.0],
             elevation_deg: [-80.0, 89.0],
