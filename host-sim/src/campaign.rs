@@ -182,6 +182,7 @@ impl Campaign {
             table,
             flights: &training[fold],
             generated: &self.to_tune_on,
+            recursive: self.shipped.last(),
             radar: &self.scenario.radar,
             epochs: self.epochs,
             seed: self.seed,
@@ -277,6 +278,7 @@ impl Campaign {
             models: &kit.models,
             passes: self.passes,
             tunings: tunings.map(|(_, tunings)| tunings),
+            tuned: kit.tuned.as_ref(),
         };
         Roster::new(&own, supplies)
     }

@@ -32,6 +32,10 @@ pub enum Method {
     #[serde(rename = "recursive")]
     #[value(name = "recursive")]
     Recursive,
+    /// The same after going on training on the flights that a fold does not test.
+    #[serde(rename = "recursive tuned")]
+    #[value(name = "recursive-tuned")]
+    RecursiveTuned,
     /// Extended Kalman filter with a fitted Singer model, started from the first reading.
     #[serde(rename = "EKF tuned")]
     #[value(name = "ekf-tuned")]
@@ -91,7 +95,13 @@ impl Method {
     /// Whether it needs parameters that are fitted to flights, were it only where flights begin.
     pub const fn is_tuned(self) -> bool {
         match self {
-            Self::Ekf | Self::Ukf | Self::Bnn | Self::Bnkf | Self::Bnkfe | Self::Recursive => false,
+            Self::Ekf
+            | Self::Ukf
+            | Self::Bnn
+            | Self::Bnkf
+            | Self::Bnkfe
+            | Self::Recursive
+            | Self::RecursiveTuned => false,
             Self::EkfTuned
             | Self::UkfTuned
             | Self::CkfTuned
@@ -114,6 +124,7 @@ impl Method {
             Self::Bnkf => "BNKF",
             Self::Bnkfe => "BNKFe",
             Self::Recursive => "recursive",
+            Self::RecursiveTuned => "recursive tuned",
             Self::EkfTuned => "EKF tuned",
             Self::UkfTuned => "UKF tuned",
             Self::CkfTuned => "CKF tuned",
@@ -138,6 +149,7 @@ impl Method {
             Self::Bnkf => "Bayesian network, then the paper's Kalman correction",
             Self::Bnkfe => "one Bayesian network per axis, then the correction",
             Self::Recursive => "nine-state Kalman filter, its motion model scheduled by a network",
+            Self::RecursiveTuned => "the same, tuned on the flights that its fold does not test",
             Self::EkfTuned => {
                 "extended Kalman filter, fitted Singer model, started from the first reading"
             }

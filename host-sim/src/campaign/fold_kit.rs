@@ -2,6 +2,7 @@
 //! that the fold does not test.
 
 use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::flights::generator::{GeneratorError, generate};
 use bnkf_model_export::flights::held_out::HeldOutError;
 use bnkf_model_export::kernel::Tier;
 use bnkf_model_export::memoryless::model::MemorylessModel;
@@ -9,11 +10,15 @@ use bnkf_model_export::memoryless::training::{Control, DivergedError, Event, Sta
 use bnkf_model_export::memoryless::training_data::TrainingData;
 use bnkf_model_export::memoryless::training_settings::{TrainingSettings, TrainingSettingsError};
 use bnkf_model_export::radar::noise::NoiseTable;
+use bnkf_model_export::recursive;
+use bnkf_model_export::recursive::recipe::Recipe;
+use bnkf_model_export::recursive::training::TrainingError;
+use bnkf_model_export::recursive::tuning::{Tuning, usable};
 use bnkf_model_export::seed;
 
 use super::work_folder::{WorkFolder, WorkFolderError};
 use crate::baseline::tuning::{FLIGHTS_MAX, spread};
-use crate::contest::model::{Model, ModelError};
+use crate::contest::model::{Model, ModelError, UntunableError};
 use crate::contest::tuned_on::TunedOn;
 use crate::contest::tunings::{Tunings, TuningsError};
 use crate::method::Method;
@@ -22,6 +27,9 @@ use crate::scenario::radar::Radar;
 /// Seed of the flights that are generated to tune on, and of their readings. Whatever is evaluated,
 /// and however many flights, filters that are tuned on generated flights are the same.
 pub const TUNING_SEED: u64 = 20_260_517;
+
+/// Tuning takes three episodes for every two epochs of a network's training, up to its own number.
+const EPISODES_PER_EPOCHS: (u64, u64) = (3, 2);
 
 /// Generated flights that stand beside fewer recorded ones in [`TunedOn::Both`].
 const GENERATED_IN_BOTH: usize = 60;
@@ -34,6 +42,8 @@ pub struct FoldKit {
     pub tunings: Vec<(TunedOn, Tunings)>,
     /// The blobs that methods need.
     pub models: Vec<Model>,
+    /// The shipped recursive model, tuned on the fold's flights.
+    pub tuned: Option<Model>,
 }
 
 /// One part of a kit, made by itself and kept by itself.
@@ -45,6 +55,8 @@ pub enum Part {
     Joint,
     /// The blob of BNKFe.
     PerAxis,
+    /// The shipped recursive blob, tuned.
+    Recursive,
 }
 
 /// Why a part cannot be made.
@@ -68,6 +80,18 @@ pub enum FoldKitError {
     /// A kept blob is damaged.
     #[error(transparent)]
     Model(#[from] ModelError),
+    /// The shipped recursive model cannot be tuned.
+    #[error("tuning: {0}")]
+    Untunable(#[from] UntunableError),
+    /// There is no recursive model to tune.
+    #[error("tuning: no recursive model")]
+    NoRecursive,
+    /// The flights cannot be tuned on.
+    #[error("tuning: {0}")]
+    Tuning(#[from] TrainingError),
+    /// Flights to rehearse cannot be generated.
+    #[error("tuning: {0}")]
+    Generator(#[from] GeneratorError),
     /// A part cannot be kept.
     #[error(transparent)]
     Work(#[from] WorkFolderError),
@@ -84,6 +108,8 @@ pub struct Task<'a> {
     pub flights: &'a [&'a Flight],
     /// Generated flights to tune on.
     pub generated: &'a [Flight],
+    /// The recursive model that runs, to be tuned.
+    pub recursive: Option<&'a Model>,
     /// The radar that sees them.
     pub radar: &'a Radar,
     /// Training epochs.
@@ -98,6 +124,7 @@ impl Part {
         let part = |method: &Method| match method {
             Method::Bnn | Method::Bnkf => Some(Self::Joint),
             Method::Bnkfe => Some(Self::PerAxis),
+            Method::RecursiveTuned => Some(Self::Recursive),
             _ => None,
         };
         let mut parts: Vec<Self> = Vec::new();
@@ -123,6 +150,7 @@ impl Part {
             Self::Tunings(on) => format!("fold-{fold}-{table}-{on}.tunings"),
             Self::Joint => format!("fold-{fold}-{table}-bnkf.bnkf"),
             Self::PerAxis => format!("fold-{fold}-{table}-bnkfe.bnkf"),
+            Self::Recursive => format!("fold-{fold}-{table}-recursive.bnkf"),
         }
     }
 }
@@ -152,6 +180,7 @@ impl Task<'_> {
                 }
                 Part::Joint => work.keep(&name, &self.train(false, done)?)?,
                 Part::PerAxis => work.keep(&name, &self.train(true, done)?)?,
+                Part::Recursive => work.keep(&name, &self.tune(done)?)?,
             }
         }
         done(1.0);
@@ -166,6 +195,7 @@ impl Task<'_> {
         let mut kit = FoldKit {
             tunings: Vec::new(),
             models: Vec::new(),
+            tuned: None,
         };
         for part in parts {
             let name = part.name(self.fold, self.table);
@@ -174,6 +204,7 @@ impl Task<'_> {
                     .tunings
                     .extend(work.load(&name)?.map(|tunings| (*on, tunings))),
                 Part::Joint | Part::PerAxis => kit.models.push(Model::read(&work.path_of(&name))?),
+                Part::Recursive => kit.tuned = Some(Model::read(&work.path_of(&name))?),
             }
         }
         Ok(kit)
@@ -191,6 +222,38 @@ impl Task<'_> {
                     .collect()
             }
         }
+    }
+
+    /// The recursive model after tuning on the fold's flights, where they are.
+    fn tune(&self, done: &dyn Fn(f64)) -> Result<Vec<u8>, FoldKitError> {
+        let shipped = self.recursive.ok_or(FoldKitError::NoRecursive)?;
+        let (model, scenario) = shipped.to_tune()?;
+        let own = usable(
+            self.flights
+                .iter()
+                .map(|flight| (*flight).clone())
+                .collect(),
+        );
+        let familiar = generate(&scenario.training_flights())?;
+        let ids = [seed::name_id("tune"), self.fold as u64, self.table as u64];
+        let tuning = Tuning::new(shipped.sha256(), &own, false);
+        let recipe = scenario.recipe().tuned(tuning);
+        let recipe = Recipe {
+            seed: seed::derive(self.seed, &ids),
+            episodes: recipe
+                .episodes
+                .min(EPISODES_PER_EPOCHS.0 * u64::from(self.epochs) / EPISODES_PER_EPOCHS.1)
+                .max(1),
+            sampling: model.sampling,
+            ..recipe
+        };
+        let episodes = recipe.episodes;
+        let mut training = recursive::training::Training::tune(recipe, &familiar, &own, &model)?;
+        while training.episode < episodes {
+            training.episode();
+            done(training.episode as f64 / episodes as f64);
+        }
+        Ok(training.model().blob()?)
     }
 
     fn train(&self, ensemble: bool, done: &dyn Fn(f64)) -> Result<Vec<u8>, FoldKitError> {
@@ -239,8 +302,9 @@ mod tests {
     use bnkf_model_export::flights::generator::{GeneratorSettings, generate};
     use bnkf_model_export::radar::noise::NoiseTable;
 
-    use super::{FLIGHTS_MAX, GENERATED_IN_BOTH, Part, Task};
+    use super::{FLIGHTS_MAX, FoldKitError, GENERATED_IN_BOTH, Part, Task};
     use crate::campaign::work_folder::WorkFolder;
+    use crate::contest::default_models;
     use crate::contest::tuned_on::TunedOn;
     use crate::method::Method;
     use crate::scenario::radar::Radar;
@@ -268,6 +332,7 @@ mod tests {
                 table: NoiseTable::Radians,
                 flights: &others.iter().collect::<Vec<_>>(),
                 generated: &generated,
+                recursive: None,
                 radar: &radar,
                 epochs: 1,
                 seed,
@@ -293,6 +358,7 @@ mod tests {
             table: NoiseTable::Radians,
             flights: &others,
             generated: &generated,
+            recursive: None,
             radar: &radar,
             epochs: 1,
             seed: 1,
@@ -304,10 +370,44 @@ mod tests {
     }
 
     #[test]
+    fn the_tuned_tracker_is_another_blob_of_the_same_kind() {
+        let settings = GeneratorSettings {
+            flights: 2,
+            ..GeneratorSettings::default()
+        };
+        let own = generate(&settings).unwrap();
+        let own: Vec<&Flight> = own.iter().collect();
+        let radar = Radar::paper(NoiseTable::Radians);
+        let shipped = default_models::load().unwrap().pop().unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let work = WorkFolder::open(&folder.path().join("work"), "plan").unwrap();
+        let mut task = Task {
+            fold: 0,
+            table: NoiseTable::Radians,
+            flights: &own,
+            generated: &[],
+            recursive: Some(&shipped),
+            radar: &radar,
+            epochs: 1,
+            seed: 1,
+        };
+        task.make(Part::Recursive, &work, &|_| {}).unwrap();
+        let kit = task.kit(&[Part::Recursive], &work).unwrap();
+        let tuned = kit.tuned.expect("made");
+        assert_eq!(tuned.blob().kind(), shipped.blob().kind());
+        assert_ne!(tuned.sha256(), shipped.sha256());
+        task.recursive = None;
+        task.fold = 1;
+        let nothing = task.make(Part::Recursive, &work, &|_| {});
+        assert!(matches!(nothing, Err(FoldKitError::NoRecursive)));
+    }
+
+    #[test]
     fn parts_are_those_that_methods_need() {
         let parts = |methods: &[Method]| Part::needed(methods, &TunedOn::ALL);
         assert_eq!(parts(&[Method::Ekf, Method::Recursive]), []);
         assert_eq!(parts(&[Method::Bnn, Method::Bnkf]), [Part::Joint]);
+        assert_eq!(parts(&[Method::RecursiveTuned]), [Part::Recursive]);
         assert_eq!(parts(&[Method::Imm10]), TunedOn::ALL.map(Part::Tunings));
     }
 }

@@ -81,6 +81,7 @@ pub fn run(args: &Args) -> Result<(), DemoError> {
         models: &models,
         passes: None,
         tunings: None,
+        tuned: None,
     };
     let roster = Roster::new(&Method::DEFAULT, supplies)?;
     let radar = Radar::paper(NoiseTable::default());

@@ -2,32 +2,37 @@
 
 use crate::contest::model::{Model, ModelError};
 
-const EMBEDDED: [(&str, &[u8]); 3] = [
-    ("bnkf.bnkf", include_bytes!("../../../models/bnkf.bnkf")),
-    ("bnkfe.bnkf", include_bytes!("../../../models/bnkfe.bnkf")),
-    (
-        "recursive.bnkf",
-        include_bytes!("../../../models/recursive.bnkf"),
-    ),
+/// A blob by its name, and the weights that it was rounded from.
+type Embedded = (&'static str, &'static [u8], &'static [u8]);
+
+macro_rules! embedded {
+    ($name:literal) => {
+        (
+            $name,
+            include_bytes!(concat!("../../../models/", $name)),
+            include_bytes!(concat!("../../../models/", $name, ".f32")),
+        )
+    };
+}
+
+const EMBEDDED: [Embedded; 3] = [
+    embedded!("bnkf.bnkf"),
+    embedded!("bnkfe.bnkf"),
+    embedded!("recursive.bnkf"),
 ];
 
 /// Recursive models for scenarios of their own, by the scenario's name.
-const OF_SCENARIOS: [(&str, &str, &[u8]); 1] = [(
-    "counter-uas",
-    "recursive-counter-uas.bnkf",
-    include_bytes!("../../../models/recursive-counter-uas.bnkf"),
-)];
+const OF_SCENARIOS: [(&str, Embedded); 1] =
+    [("counter-uas", embedded!("recursive-counter-uas.bnkf"))];
 
 /// The recursive model that was trained for a scenario; without one the default serves.
 ///
 /// # Errors
 /// A built-in blob does not parse, which a test rules out.
 pub fn of_scenario(name: &str) -> Result<Option<Model>, ModelError> {
-    let found = OF_SCENARIOS
-        .iter()
-        .find(|(scenario, _, _)| *scenario == name);
+    let found = OF_SCENARIOS.iter().find(|(scenario, _)| *scenario == name);
     found
-        .map(|(_, name, bytes)| Model::embedded(name, bytes))
+        .map(|(_, (name, bytes, unrounded))| Model::embedded(name, bytes, unrounded))
         .transpose()
 }
 
@@ -38,7 +43,7 @@ pub fn of_scenario(name: &str) -> Result<Option<Model>, ModelError> {
 pub fn load() -> Result<Vec<Model>, ModelError> {
     EMBEDDED
         .into_iter()
-        .map(|(name, bytes)| Model::embedded(name, bytes))
+        .map(|(name, bytes, unrounded)| Model::embedded(name, bytes, unrounded))
         .collect()
 }
 

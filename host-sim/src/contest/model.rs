@@ -1,12 +1,15 @@
 //! A trained blob and where it came from.
 
 use std::borrow::Cow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use bnkf::blob::{Blob, BlobError, Kind};
+use bnkf_model_export::blob::unrounded::{self, UnroundedError};
 use bnkf_model_export::cmd::blob_file::BLOB_BYTES_MAX;
 use bnkf_model_export::flights::data_hash;
 use bnkf_model_export::flights::volume::Volume;
+use bnkf_model_export::recursive::model::RecursiveModel;
+use bnkf_model_export::recursive::scenario::Scenario;
 use bnkf_model_export::regular_file::{self, ReadFileError};
 
 /// A blob that was checked.
@@ -15,6 +18,33 @@ pub struct Model {
     /// Its path, or `embedded:` and its name.
     pub source: String,
     bytes: Cow<'static, [u8]>,
+    unrounded: Unrounded,
+}
+
+/// Where the weights lie that a blob was rounded from.
+#[derive(Clone, Debug)]
+enum Unrounded {
+    Embedded(&'static [u8]),
+    Beside(PathBuf),
+}
+
+/// Why a model cannot be tuned.
+#[derive(Debug, thiserror::Error)]
+pub enum UntunableError {
+    /// The unrounded weights cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadFileError),
+    /// They are not this blob's.
+    #[error("{name}: {cause}")]
+    Unrounded {
+        /// The blob.
+        name: String,
+        /// What is wrong.
+        cause: UnroundedError,
+    },
+    /// Another kind, shape, or no scenario's bounds.
+    #[error("{0}: only a recursive model of a built-in scenario can be tuned")]
+    OtherKind(String),
 }
 
 /// Why a blob file cannot be used.
@@ -40,20 +70,58 @@ impl Model {
     /// The file cannot be read or is not a blob.
     pub fn read(path: &Path) -> Result<Self, ModelError> {
         let bytes = regular_file::read(path, BLOB_BYTES_MAX)?;
-        Self::checked(path.display().to_string(), bytes.into())
+        let unrounded = Unrounded::Beside(unrounded::path_beside(path));
+        Self::checked(path.display().to_string(), bytes.into(), unrounded)
     }
 
-    /// Checks a blob that is part of this program.
+    /// Checks a blob that is part of this program; `unrounded` is what it was rounded from.
     ///
     /// # Errors
     /// The bytes are not a blob.
-    pub fn embedded(name: &str, bytes: &'static [u8]) -> Result<Self, ModelError> {
-        Self::checked(format!("embedded:{name}"), bytes.into())
+    pub fn embedded(
+        name: &str,
+        bytes: &'static [u8],
+        unrounded: &'static [u8],
+    ) -> Result<Self, ModelError> {
+        let unrounded = Unrounded::Embedded(unrounded);
+        Self::checked(format!("embedded:{name}"), bytes.into(), unrounded)
     }
 
-    fn checked(source: String, bytes: Cow<'static, [u8]>) -> Result<Self, ModelError> {
+    /// The model with its unrounded weights, and the scenario that it was trained for.
+    ///
+    /// # Errors
+    /// See [`UntunableError`].
+    pub fn to_tune(&self) -> Result<(RecursiveModel, Scenario), UntunableError> {
+        let bytes = match &self.unrounded {
+            Unrounded::Embedded(bytes) => Cow::Borrowed(*bytes),
+            Unrounded::Beside(path) => regular_file::read(path, unrounded::BYTES_MAX)?.into(),
+        };
+        let unusable = |cause| UntunableError::Unrounded {
+            name: self.source.clone(),
+            cause,
+        };
+        let networks = unrounded::parse(&bytes, &self.bytes).map_err(unusable)?;
+        let blob = self.blob();
+        unrounded::check_shape(&networks, &blob).map_err(unusable)?;
+        networks
+            .first()
+            .and_then(|weights| RecursiveModel::of_blob(&blob, weights))
+            .and_then(|model| Some((Scenario::of(&model.parameters.bounds)?, model)))
+            .map(|(scenario, model)| (model, scenario))
+            .ok_or_else(|| UntunableError::OtherKind(self.source.clone()))
+    }
+
+    fn checked(
+        source: String,
+        bytes: Cow<'static, [u8]>,
+        unrounded: Unrounded,
+    ) -> Result<Self, ModelError> {
         match Blob::parse(&bytes) {
-            Ok(_) => Ok(Self { source, bytes }),
+            Ok(_) => Ok(Self {
+                source,
+                bytes,
+                unrounded,
+            }),
             Err(cause) => Err(ModelError::Blob {
                 name: source,
                 cause,

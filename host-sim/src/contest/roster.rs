@@ -57,6 +57,8 @@ pub struct Supplies<'a> {
     pub passes: Option<u16>,
     /// Parameters of the tuned baselines.
     pub tunings: Option<&'a Tunings>,
+    /// The recursive blob that was tuned.
+    pub tuned: Option<&'a Model>,
 }
 
 /// Why a roster cannot be made.
@@ -91,16 +93,7 @@ impl<'a> Roster<'a> {
     /// # Errors
     /// A method lacks its model or tuning, or the number of passes is out of range.
     pub fn new(methods: &[Method], supplies: Supplies<'a>) -> Result<Self, RosterError> {
-        let tracker = |method, kind, networks, correction| {
-            let blobs = supplies.models.iter().rev().map(Model::blob);
-            let found = blobs
-                .into_iter()
-                .find(|blob| blob.kind() == kind && blob.network_count() == networks);
-            let blob = found.ok_or(RosterError::NoModel {
-                method,
-                kind,
-                networks,
-            })?;
+        let runs = |method, blob: Blob<'a>, correction| {
             let own = Settings::of(&blob);
             let passes = supplies.passes.unwrap_or(own.passes);
             let settings = Settings {
@@ -111,6 +104,18 @@ impl<'a> Roster<'a> {
             Tracker::new(blob, settings)
                 .map_err(|cause| RosterError::Settings { method, cause })?;
             Ok(Recipe::Tracker(blob, settings))
+        };
+        let tracker = |method, kind, networks, correction| {
+            let blobs = supplies.models.iter().rev().map(Model::blob);
+            let found = blobs
+                .into_iter()
+                .find(|blob| blob.kind() == kind && blob.network_count() == networks);
+            let blob = found.ok_or(RosterError::NoModel {
+                method,
+                kind,
+                networks,
+            })?;
+            runs(method, blob, correction)
         };
         let memoryless = |method, networks, correction| {
             tracker(method, BlobKind::Memoryless, networks, correction)
@@ -126,6 +131,10 @@ impl<'a> Roster<'a> {
             Method::Bnkf => memoryless(method, 1, TrackerCorrection::Converted),
             Method::Bnkfe => memoryless(method, 3, TrackerCorrection::Converted),
             Method::Recursive => tracker(method, BlobKind::Recursive, 1, TrackerCorrection::Polar),
+            Method::RecursiveTuned => {
+                let model = supplies.tuned.ok_or(RosterError::NoTuning(method))?;
+                runs(method, model.blob(), TrackerCorrection::Polar)
+            }
             Method::EkfTuned => tuned(method, Kind::Kalman(Correction::Extended)),
             Method::UkfTuned => tuned(method, Kind::Kalman(Correction::SigmaPoints(Spread::UNIT))),
             Method::CkfTuned => tuned(

@@ -41,6 +41,7 @@ pub const fn look(method: Method) -> Look {
         Method::Bnkf => ("#d55e00", Marker::Diamond),
         Method::Bnkfe => ("#cc79a7", Marker::TriangleUp),
         Method::Recursive => ("#111111", Marker::Circle),
+        Method::RecursiveTuned => ("#b00020", Marker::Square),
         Method::EkfTuned => ("#009e73", Marker::Circle),
         Method::UkfTuned => ("#5fbf9f", Marker::Square),
         Method::CkfTuned => ("#00604a", Marker::Diamond),

@@ -16,9 +16,6 @@ use crate::regular_file;
 use bnkf::blob::Blob;
 use std::path::PathBuf;
 
-/// Longest file of unrounded weights that is read, bytes.
-const UNROUNDED_BYTES_MAX: u64 = 1 << 24;
-
 /// Goes on training a recursive model on your own flights, a few of which are enough.
 ///
 /// Half of every batch is built-in flights, so that nothing is forgotten; the prior of every weight
@@ -76,7 +73,7 @@ pub fn run(args: &Args) -> Result<Outcome, TrainError> {
         path: path.clone(),
         cause,
     };
-    let beside = regular_file::read(&path, UNROUNDED_BYTES_MAX)?;
+    let beside = regular_file::read(&path, unrounded::BYTES_MAX)?;
     let networks = unrounded::parse(&beside, &bytes).map_err(unusable)?;
     let blob = Blob::parse(&bytes)?;
     unrounded::check_shape(&networks, &blob).map_err(unusable)?;

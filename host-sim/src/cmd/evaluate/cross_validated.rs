@@ -138,9 +138,13 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
     Ok(())
 }
 
-/// Every method that has what it needs.
+/// Every method that has what it needs. Tuning the tracker takes minutes a fold, so it must be named.
 fn all_methods(shipped: &[Model]) -> Vec<Method> {
-    let without = |method: &Method| *method != Method::Recursive || !shipped.is_empty();
+    let without = |method: &Method| match method {
+        Method::Recursive => !shipped.is_empty(),
+        Method::RecursiveTuned => false,
+        _ => true,
+    };
     Method::value_variants()
         .iter()
         .copied()

@@ -60,6 +60,7 @@ fn evaluate(args: &Args, flights: &Path) -> Result<Results, EvaluateError> {
         models: &models,
         passes: args.passes,
         tunings: None,
+        tuned: None,
     };
     let roster = Roster::new(&methods_or(args, &Method::DEFAULT), supplies)?;
     let noise_table = args.noise_table.unwrap_or_default();
