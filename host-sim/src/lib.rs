@@ -8,6 +8,7 @@ pub mod csv_text;
 pub mod doubt;
 pub mod filter;
 pub mod image;
+pub mod manoeuvre;
 pub mod method;
 pub mod output_folder;
 pub mod plot;

@@ -5,6 +5,7 @@ pub mod flights_figure;
 pub mod gaps_figure;
 pub mod legend;
 pub mod metrics_figure;
+pub mod motion_figure;
 pub mod palette;
 pub mod panel;
 pub mod phases_figure;

@@ -1,5 +1,6 @@
 //! The report: one page that opens without a network, and its figures as files.
 
+pub mod by_motion;
 pub mod campaign_results;
 mod figures;
 mod headline;

@@ -3,15 +3,18 @@
 //! Keys are strict: unknown, missing or out-of-range ones are errors that name file and line.
 
 mod error;
+pub mod kind;
 pub mod radar;
 mod toml_form;
 
 use std::path::Path;
 
-use bnkf_model_export::flights::generator::GeneratorSettings;
+use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::flights::generator::{GeneratorError, GeneratorSettings};
 use bnkf_model_export::flights::volume::Volume;
 use bnkf_model_export::regular_file;
 
+use kind::Kind;
 use radar::Radar;
 
 pub use error::ScenarioError;
@@ -23,6 +26,8 @@ pub struct Scenario {
     pub name: String,
     /// One sentence for people.
     pub summary: String,
+    /// What generated flights do.
+    pub kind: Kind,
     /// Number of generated flights.
     pub count: usize,
     /// Number of generated flights of a quick run.
@@ -44,9 +49,10 @@ pub struct Scenario {
 }
 
 /// The scenarios that are part of the program: name and text.
-pub const BUILT_IN: [(&str, &str); 2] = [
+pub const BUILT_IN: [(&str, &str); 3] = [
     ("paper", include_str!("../scenarios/paper.toml")),
     ("counter-uas", include_str!("../scenarios/counter-uas.toml")),
+    ("agile", include_str!("../scenarios/agile.toml")),
 ];
 
 /// Longest scenario file, bytes.
@@ -69,6 +75,14 @@ impl Scenario {
                 cause,
             })?;
         toml_form::parse(&text, &file)
+    }
+
+    /// `flights` flights of this scenario.
+    ///
+    /// # Errors
+    /// They do not fit the volume.
+    pub fn flights(&self, flights: usize, seed: u64) -> Result<Vec<Flight>, GeneratorError> {
+        self.kind.generate(&self.generator(flights, seed))
     }
 
     /// Settings that generate `flights` flights of this scenario.
@@ -107,6 +121,7 @@ mod tests {
         COUNTER_UAS_MISSED, COUNTER_UAS_STRIDES, Scenario as Trained,
     };
 
+    use super::kind::Kind;
     use super::{BUILT_IN, FILE_BYTES_MAX, Scenario};
     use crate::scenario::radar::{Pattern, Radar};
 
@@ -123,6 +138,25 @@ mod tests {
                 assert_eq!(scenario.radar.sigmas(table, level), level.sigmas(table));
             }
         }
+    }
+
+    /// Only the flights differ, so that results compare.
+    #[test]
+    fn the_agile_scenario_has_the_papers_radar_and_volume() {
+        let find = |name: &str| Scenario::find(Path::new(name)).unwrap();
+        let (paper, agile) = (find("paper"), find("agile"));
+        assert_eq!((paper.kind, agile.kind), (Kind::Cruise, Kind::Agile));
+        assert_eq!(agile.volume, paper.volume);
+        assert_eq!(agile.radar.tables, [NoiseTable::Radians]);
+        let radar = Radar {
+            tables: paper.radar.tables.clone(),
+            ..agile.radar
+        };
+        assert_eq!(radar, paper.radar);
+        assert_eq!(
+            (agile.duration_s, agile.rate_hz),
+            (paper.duration_s, paper.rate_hz)
+        );
     }
 
     #[test]
@@ -202,6 +236,11 @@ mod tests {
                 "elevation = 0.01\n",
                 "elevation = nan\n",
                 "`elevation` = NaN",
+            ),
+            (
+                "count = 100 ",
+                "kind = \"lazy\"\ncount = 100 ",
+                "unknown variant `lazy`",
             ),
             ("[volume]", "[volume", ""),
         ];
@@ -390,7 +429,7 @@ mod tests {
         let error = Scenario::find(Path::new("/dev/zero")).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "/dev/zero: a character device, not a regular file (built in: paper, counter-uas)"
+            "/dev/zero: a character device, not a regular file (built in: paper, counter-uas, agile)"
         );
         let file = tempfile::NamedTempFile::new().unwrap();
         file.as_file().set_len(FILE_BYTES_MAX + 1).unwrap();

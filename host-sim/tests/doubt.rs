@@ -39,8 +39,8 @@ fn every_entry_has_a_row_in_every_world() {
     let text = std::fs::read_to_string(folder.path().join("out/doubt.csv")).unwrap();
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     let rows: Vec<csv::StringRecord> = reader.records().collect::<Result<_, _>>().unwrap();
-    // Three worlds, three noise levels, two entries.
-    assert_eq!(rows.len(), 18);
+    // Five worlds, three noise levels, two entries.
+    assert_eq!(rows.len(), 30);
     for pair in rows.chunks(2) {
         assert_eq!(
             (&pair[0][2], &pair[1][2]),
@@ -52,7 +52,7 @@ fn every_entry_has_a_row_in_every_world() {
         assert_eq!(&pair[0][17], "2");
     }
     let page = std::fs::read_to_string(folder.path().join("out/doubt.md")).unwrap();
-    assert_eq!(page.matches("| means, as shipped |").count(), 9);
+    assert_eq!(page.matches("| means, as shipped |").count(), 15);
     assert!(page.starts_with("    host-sim doubt --entry"), "{page}");
 }
 

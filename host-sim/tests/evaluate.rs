@@ -48,6 +48,9 @@ fn the_table_and_the_json_hold_every_method_noise_and_rate() {
     assert!(output.status.success(), "{output:?}");
     let table = String::from_utf8(output.stdout).unwrap();
     assert_eq!(table.matches("118 steps").count(), 9, "{table}");
+    for by in ["noise, speed in m/s", "noise, acceleration in m/s"] {
+        assert_eq!(table.matches(by).count(), 3, "{table}");
+    }
 
     let text = std::fs::read_to_string(&json).unwrap();
     let results: serde_json::Value = serde_json::from_str(&text).unwrap();
@@ -63,6 +66,14 @@ fn the_table_and_the_json_hold_every_method_noise_and_rate() {
     for cell in cells {
         assert_eq!(cell["steps"], 118);
         assert!(cell["ed_mean_m"].as_f64().unwrap() > 0.0);
+        // 5 m/s in a circle of 5 m.
+        let bins = cell["bins"].as_array().unwrap();
+        assert_eq!(bins.len(), 13);
+        assert_eq!(
+            (&bins[2]["by"], &bins[2]["steps"]),
+            (&"speed".into(), &118.into())
+        );
+        assert_eq!(bins[2]["nees_mean"], cell["nees_mean"]);
     }
     let provenance = &results["provenance"];
     assert_eq!(

@@ -146,7 +146,7 @@ fn the_page_opens_turns_and_holds_data() {
     );
     assert!(said["best"].as_u64().unwrap() >= 9);
     let figures = said["figures"].as_array().unwrap();
-    assert_eq!(figures.len(), 11);
+    assert_eq!(figures.len(), 13);
     assert!(
         figures.iter().all(|shapes| shapes.as_u64().unwrap() > 10),
         "{figures:?}"

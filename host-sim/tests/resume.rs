@@ -6,17 +6,19 @@ use std::time::{Duration, Instant};
 
 /// Files that must not depend on how often the run was killed. The page and `runtime.json` hold
 /// times, which never repeat.
-const RESULTS: [&str; 10] = [
+const RESULTS: [&str; 12] = [
     "results.json",
     "steps.parquet",
     "cells.csv",
     "phases.csv",
+    "bins.csv",
     "reliability.csv",
     "comparisons.csv",
     "tunings.csv",
     "variations.csv",
     "bounds.csv",
     "metrics-radians.svg",
+    "acceleration-radians.svg",
 ];
 
 /// Parts of the undisturbed run's time after which the disturbed one is killed.

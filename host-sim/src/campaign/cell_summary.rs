@@ -6,8 +6,9 @@ use crate::campaign::step_record::StepRecord;
 use crate::contest::tuned_on::TunedOn;
 use crate::method::Method;
 use crate::scenario::radar::Condition;
+use crate::scoring::binned::{BinSums, binned};
 use crate::scoring::bootstrap::{FlightSum, Interval, interval_95};
-use crate::scoring::cell::{CellMetrics, ScoredStep};
+use crate::scoring::cell::{Cell, CellMetrics, ScoredStep};
 use crate::scoring::chi_square;
 use crate::scoring::consistency::{Bounds, NOMINAL, nees_bounds, nis_bounds, reliability};
 use crate::scoring::phase::Phase;
@@ -45,6 +46,8 @@ pub struct CellSummary {
     pub nis_bounds: Bounds,
     /// The phases of a flight, apart.
     pub phases: Vec<PhaseSummary>,
+    /// The steps by the target's true speed and acceleration.
+    pub bins: Vec<BinSums>,
     /// Mean ED of each fold's flights, metres.
     pub ed_by_fold_m: Vec<f64>,
 }
@@ -141,7 +144,20 @@ impl CellSummary {
             nis_ratio: value / degrees,
             nis_bounds: nis_bounds(&nis),
             phases: Phase::ALL.map(phase).to_vec(),
+            bins: binned(steps().map(|step| (step.motion, step.scored().score))),
             ed_by_fold_m: (0..folds).map(fold_ed_m).collect(),
+        }
+    }
+}
+
+impl From<&CellSummary> for Cell {
+    fn from(summary: &CellSummary) -> Self {
+        Self {
+            method: summary.method,
+            noise: summary.condition.noise,
+            rate: summary.condition.rate,
+            metrics: summary.metrics,
+            bins: summary.bins.clone(),
         }
     }
 }
@@ -174,6 +190,7 @@ fn metrics<'a>(steps: impl Iterator<Item = &'a StepRecord>) -> CellMetrics {
 
 #[cfg(test)]
 mod tests {
+    use bnkf_model_export::flights::flight::Motion;
     use bnkf_model_export::radar::gaps::SamplingRate;
     use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 
@@ -200,6 +217,10 @@ mod tests {
             mahalanobis_squared: error_m * error_m,
             det_p_m6: 1.0,
             nis: (!in_gap).then_some((8.0, 4)),
+            motion: Motion {
+                speed_mps: time_s,
+                acceleration_mps2: 0.0,
+            },
         }
     }
 
@@ -241,6 +262,10 @@ mod tests {
             .map(|p| (p.metrics.steps, p.metrics.ed_mean_m))
             .collect();
         assert_eq!(phases, [(3, 3.0), (1, 2.0), (5, 1.4)]);
+        // At one, three and four metres per second.
+        let by_speed = cell.bins.iter().map(|own| own.means());
+        let by_speed: Vec<_> = by_speed.map(|m| (m.steps, m.distance_m)).collect();
+        assert_eq!(by_speed[..3], [(3, 3.0), (3, 2.0), (3, 1.0)]);
         assert_eq!(cell.nis_ratio, 2.0);
         // D^2 of 1, 4, 9, 16, 4, 0, 16, 4, 0 against 2.37 and 7.81.
         assert_eq!(cell.coverage50, 3.0 / 9.0);

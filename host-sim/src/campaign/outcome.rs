@@ -1,5 +1,6 @@
 //! What a campaign sums up to.
 
+use bnkf_model_export::radar::noise::NoiseTable;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -12,6 +13,7 @@ use crate::contest::runs::Runs;
 use crate::method::Method;
 use crate::scenario::radar::Condition;
 use crate::scoring::bootstrap::{FlightSum, mean};
+use crate::scoring::cell::Cell;
 
 /// With fewer recordings than this, the bootstrap draws flights (segments) instead of recordings.
 const RECORDINGS_MIN: usize = 10;
@@ -33,6 +35,16 @@ pub struct Outcome {
     pub cluster: Cluster,
     /// Every step, as a Parquet file.
     pub parquet: Vec<u8>,
+}
+
+impl Outcome {
+    /// The cells of one noise table, without what only a campaign knows.
+    pub fn plain_cells(&self, table: NoiseTable) -> Vec<Cell> {
+        let own = self.cells.iter();
+        own.filter(|cell| cell.condition.table == table)
+            .map(Cell::from)
+            .collect()
+    }
 }
 
 /// Mean ED below which no filter that believes in the fitted motion model can be (posterior

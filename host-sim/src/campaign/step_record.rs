@@ -1,5 +1,6 @@
 //! What is kept of one scored step.
 
+use bnkf_model_export::flights::flight::Motion;
 use bnkf_model_export::scoring::step_score::StepScore;
 use serde::{Deserialize, Serialize};
 
@@ -33,6 +34,8 @@ pub struct StepRecord {
     pub det_p_m6: f64,
     /// Normalised innovation squared and its degrees of freedom.
     pub nis: Option<(f64, u8)>,
+    /// How the target really moved.
+    pub motion: Motion,
 }
 
 /// The steps of one method over one flight.
@@ -71,6 +74,7 @@ impl From<&TrackStep> for StepRecord {
             mahalanobis_squared,
             det_p_m6,
             nis: step.nis.map(|nis| (nis.value, nis.degrees as u8)),
+            motion: step.motion,
         }
     }
 }

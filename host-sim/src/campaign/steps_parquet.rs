@@ -9,12 +9,12 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::parser::parse_message_type;
 
-use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::flights::flight::{Flight, Motion};
 
 use crate::campaign::step_record::{MethodSteps, StepRecord};
 use crate::scenario::radar::Condition;
 
-/// Columns in their order. Units: seconds, metres, m^6; `nis` is null where the method has no
+/// Columns in their order. Units: seconds, metres, m^6, m/s, m/s^2; `nis` is null where the method has no
 /// innovation, `fate` in gaps and where the method has no gate, `tuned_on` where nothing is tuned.
 const SCHEMA: &str = "message step {
     required binary flight (STRING);
@@ -37,6 +37,8 @@ const SCHEMA: &str = "message step {
     required boolean not_tracked;
     required boolean outside;
     optional binary tuned_on (STRING);
+    required double true_speed_mps;
+    required double true_acceleration_mps2;
 }";
 
 /// The tracks of one flight under one condition.
@@ -106,6 +108,9 @@ impl StepsFile {
         column::<BoolType>(&mut group, rows.map(|row| row.step.outside))?;
         let tunings = rows.map(|row| row.track.tuned_on.map(|on| string(on.label())));
         optional::<ByteArrayType>(&mut group, tunings)?;
+        let motion = |value: fn(&Motion) -> f64| rows.map(|row| value(&row.step.motion));
+        column::<DoubleType>(&mut group, motion(|motion| motion.speed_mps))?;
+        column::<DoubleType>(&mut group, motion(|motion| motion.acceleration_mps2))?;
         group.close()?;
         Ok(())
     }
@@ -191,7 +196,7 @@ fn levelled<T: DataType>(
 
 #[cfg(test)]
 mod tests {
-    use bnkf_model_export::flights::flight::Flight;
+    use bnkf_model_export::flights::flight::{Flight, Motion};
     use bnkf_model_export::radar::gaps::SamplingRate;
     use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
     use parquet::file::reader::{FileReader, SerializedFileReader};
@@ -222,6 +227,10 @@ mod tests {
             mahalanobis_squared: 3.5,
             det_p_m6: 1e-8,
             nis,
+            motion: Motion {
+                speed_mps: 2.0 * time_s,
+                acceleration_mps2: 7.5,
+            },
         };
         let steps = vec![step(1.0, Some((4.25, 4))), step(2.0, None)];
         let track = |method| MethodSteps {
@@ -281,6 +290,8 @@ mod tests {
         assert!(rows[6].get_bool(18).unwrap() && !last.get_bool(18).unwrap());
         assert_eq!(last.get_string(19).unwrap(), "both");
         assert!(rows[0].get_string(19).is_err(), "nothing was tuned");
+        assert_eq!(last.get_double(20).unwrap(), 4.0);
+        assert_eq!(last.get_double(21).unwrap(), 7.5);
     }
 
     #[test]

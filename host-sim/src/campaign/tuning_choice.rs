@@ -98,7 +98,7 @@ pub fn keep_chosen(
 
 #[cfg(test)]
 mod tests {
-    use bnkf_model_export::flights::flight::Flight;
+    use bnkf_model_export::flights::flight::{Flight, Motion};
     use bnkf_model_export::radar::gaps::SamplingRate;
     use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 
@@ -127,6 +127,7 @@ mod tests {
             mahalanobis_squared: 3.0,
             det_p_m6: 1.0,
             nis: None,
+            motion: Motion::default(),
         };
         MethodSteps {
             method,

@@ -1,7 +1,7 @@
 //! Worlds that differ from the one that models were fitted to, one thing at a time.
 
 use bnkf_model_export::flights::flight::Flight;
-use bnkf_model_export::flights::generator::{GeneratorError, GeneratorSettings, generate};
+use bnkf_model_export::flights::generator::{GeneratorError, GeneratorSettings};
 use bnkf_model_export::seed;
 
 use crate::scenario::Scenario;
@@ -128,7 +128,9 @@ impl Variation {
         let radar_m = self
             .radar_parts
             .map(|part| part * scenario.volume.range_m_mean);
-        Ok(generate(&settings)?
+        Ok(scenario
+            .kind
+            .generate(&settings)?
             .iter()
             .map(|flight| flight.seen_from(radar_m))
             .collect())
@@ -179,6 +181,15 @@ mod tests {
         names.sort_unstable();
         names.dedup();
         assert_eq!(names.len(), Variation::ALL.len());
+    }
+
+    #[test]
+    fn agile_flights_have_all_worlds_too() {
+        let agile = Scenario::find(Path::new("agile")).unwrap();
+        for variation in &Variation::ALL {
+            let flights = variation.flights(&agile, 20, 1);
+            assert_eq!(flights.unwrap().len(), 20, "{}", variation.name);
+        }
     }
 
     #[test]

@@ -74,7 +74,7 @@ pub struct Args {
     /// Cross-validates in minutes: fewer flights and epochs, one noise table
     #[arg(long)]
     pub quick: bool,
-    /// Scenario of a cross-validation: `paper`, `counter-uas` or a TOML file
+    /// Scenario of a cross-validation: `paper`, `counter-uas`, `agile` or a TOML file
     #[arg(
         long,
         value_name = "NAME|FILE",

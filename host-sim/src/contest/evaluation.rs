@@ -1,6 +1,6 @@
 //! Every method over every segment, noise level and rate, on the same readings.
 
-use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::flights::flight::{Flight, Motion};
 use bnkf_model_export::radar::reading::Reading;
 use rayon::prelude::*;
 
@@ -8,6 +8,7 @@ use crate::contest::roster::Roster;
 use crate::contest::track::TrackStep;
 use crate::method::Method;
 use crate::scenario::radar::{Condition, Radar};
+use crate::scoring::binned::binned;
 use crate::scoring::cell::{Cell, CellMetrics, ScoredStep};
 
 /// What is evaluated.
@@ -44,9 +45,10 @@ impl Evaluation<'_> {
             let segment = &self.segments[index % self.segments.len()];
             let readings = self.readings(segment, condition);
             let scored = |(_, steps): (Method, Vec<TrackStep>)| {
-                steps.into_iter().map(|step| step.scored).collect()
+                let step = |step: TrackStep| (step.motion, step.scored);
+                steps.into_iter().map(step).collect()
             };
-            let tracks: Vec<Vec<ScoredStep>> = self
+            let tracks: Vec<Vec<(Motion, ScoredStep)>> = self
                 .roster
                 .tracks(segment, &readings, condition, self.seed)
                 .into_iter()
@@ -63,17 +65,15 @@ impl Evaluation<'_> {
             .zip(units.chunks(self.segments.len().max(1)))
         {
             for (index, method) in self.roster.methods().enumerate() {
-                let steps: Vec<_> = units
-                    .iter()
-                    .flat_map(|tracks| &tracks[index])
-                    .copied()
-                    .collect();
+                let own = || units.iter().flat_map(|tracks| &tracks[index]).copied();
+                let steps: Vec<_> = own().map(|(_, scored)| scored).collect();
                 let Condition { noise, rate, .. } = *condition;
                 cells.push(Cell {
                     method,
                     noise,
                     rate,
                     metrics: CellMetrics::new(&steps),
+                    bins: binned(own().map(|(motion, scored)| (motion, scored.score))),
                 });
             }
         }

@@ -1,6 +1,6 @@
 //! One filter over one flight: an estimate and its score for every sample.
 
-use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::flights::flight::{Flight, Motion};
 use bnkf_model_export::radar::reading::Reading;
 use bnkf_model_export::radar::sampling::time_us;
 use bnkf_model_export::scoring::step_score::StepScore;
@@ -26,6 +26,8 @@ pub struct TrackStep {
     pub scored: ScoredStep,
     /// The radar saw nothing at this sample.
     pub in_gap: bool,
+    /// How the target really moved.
+    pub motion: Motion,
 }
 
 /// Runs `filter` over `flight` and scores every sample but the first, which only starts it.
@@ -65,7 +67,8 @@ pub fn track(
     }
     let mut loss = Loss::default();
     let mut steps = Vec::with_capacity(readings.len() - 1);
-    for (sample, reading) in flight.samples.iter().zip(readings).skip(1) {
+    let truth = flight.samples.iter().zip(flight.motion());
+    for ((sample, motion), reading) in truth.zip(readings).skip(1) {
         let truth_m = sample.position_m.into();
         let answer = filter.step(time_us(flight, sample.time_s), reading.as_ref());
         let (estimate, mut scored) = score_or_hold(&answer, &held, &truth_m);
@@ -78,6 +81,7 @@ pub fn track(
             nis: answer.ok().and_then(|estimate| estimate.nis),
             scored,
             in_gap: reading.is_none(),
+            motion,
         });
     }
     steps
@@ -209,6 +213,8 @@ mod tests {
         assert_eq!(outside, [false, false, false, false, true]);
         let gaps: Vec<_> = steps.iter().map(|step| step.in_gap).collect();
         assert_eq!(gaps, [false, false, true, false, false]);
+        let one_mps = |step: &super::TrackStep| step.motion.speed_mps == 1.0;
+        assert!(steps.iter().all(one_mps));
     }
 
     #[test]

@@ -306,6 +306,7 @@ mod tests {
                         noise,
                         rate,
                         metrics,
+                        bins: Vec::new(),
                     });
                 }
             }

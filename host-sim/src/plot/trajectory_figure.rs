@@ -258,7 +258,7 @@ fn metres(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use bnkf_model_export::flights::flight::Flight;
+    use bnkf_model_export::flights::flight::{Flight, Motion};
     use bnkf_model_export::radar::gaps::SamplingRate;
     use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
     use bnkf_model_export::radar::sampling::{RadarSettings, sample_radar};
@@ -292,6 +292,7 @@ mod tests {
                 nis: None,
                 scored: ScoredStep::tracked(score),
                 in_gap: !seen,
+                motion: Motion::default(),
             }
         };
         flight.samples.iter().zip(seen).skip(1).map(step).collect()

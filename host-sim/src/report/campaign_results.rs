@@ -14,10 +14,12 @@ use crate::campaign::tuning_choice::Candidate;
 use crate::contest::tuned_on::TunedOn;
 use crate::csv_text::{csv, number};
 use crate::method::Method;
+use crate::report::by_motion;
 use crate::report::results_json::ModelProvenance;
 use crate::scenario::radar::Condition;
+use crate::scoring::binned::{Pooled, over_rates};
 use crate::scoring::bootstrap::RESAMPLES;
-use crate::scoring::cell::CellMetrics;
+use crate::scoring::cell::{Cell, CellMetrics};
 use crate::scoring::consistency::NOMINAL;
 
 /// What made the results.
@@ -75,6 +77,8 @@ pub struct CampaignProvenance {
 #[derive(Serialize)]
 struct Document<'a> {
     cells: &'a [CellSummary],
+    /// Bins of true speed and acceleration, the sampling rates of a noise level together.
+    pooled_bins: Vec<PooledBins>,
     comparisons: &'a [Comparison],
     /// Tuned methods with every set of parameters.
     tunings: &'a [Candidate],
@@ -85,6 +89,13 @@ struct Document<'a> {
     reliability_nominal: [f64; NOMINAL.len()],
     bootstrap: Bootstrap,
     provenance: &'a CampaignProvenance,
+}
+
+#[derive(Serialize)]
+struct PooledBins {
+    table: NoiseTable,
+    #[serde(flatten)]
+    pooled: Pooled,
 }
 
 #[derive(Serialize)]
@@ -105,8 +116,18 @@ pub fn write(
     outcome: &Outcome,
     provenance: &CampaignProvenance,
 ) -> Result<Vec<&'static str>, AtomicWriteError> {
+    let tables = provenance.noise_tables.iter();
+    let tables: Vec<(NoiseTable, Vec<Cell>)> = tables
+        .map(|table| (*table, outcome.plain_cells(*table)))
+        .collect();
+    let pooled = |(table, cells): &(NoiseTable, Vec<Cell>)| {
+        let table = *table;
+        let pooled = over_rates(cells).into_iter();
+        pooled.map(move |pooled| PooledBins { table, pooled })
+    };
     let document = Document {
         cells: &outcome.cells,
+        pooled_bins: tables.iter().flat_map(pooled).collect(),
         comparisons: &outcome.comparisons,
         tunings: &outcome.candidates,
         variations: &outcome.variations,
@@ -125,6 +146,10 @@ pub fn write(
         ("steps.parquet", outcome.parquet.clone()),
         ("cells.csv", cells_csv(&outcome.cells)),
         ("phases.csv", phases_csv(&outcome.cells)),
+        (
+            "bins.csv",
+            by_motion::file(tables.iter().map(|(table, cells)| (*table, &cells[..]))),
+        ),
         ("reliability.csv", reliability_csv(&outcome.cells)),
         ("comparisons.csv", comparisons_csv(&outcome.comparisons)),
         ("tunings.csv", tunings_csv(&outcome.candidates)),

@@ -4,7 +4,7 @@ use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::radar::gaps::SamplingRate;
 use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 
-use super::{Material, SHOWN, headline};
+use super::{Material, SHOWN, by_motion, headline};
 use crate::campaign::Campaign;
 use crate::campaign::cell_summary::CellSummary;
 use crate::campaign::comparison::Comparison;
@@ -12,11 +12,11 @@ use crate::campaign::generalisation::VariedCell;
 use crate::campaign::outcome::Outcome;
 use crate::method::Method;
 use crate::plot::{
-    comparison_figure, flights_figure, gaps_figure, metrics_figure, phases_figure,
+    comparison_figure, flights_figure, gaps_figure, metrics_figure, motion_figure, phases_figure,
     reliability_figure, runtime_figure, trajectory_figure, variation_figure,
 };
 use crate::scenario::radar::Condition;
-use crate::scoring::cell::Cell;
+use crate::scoring::bin::By;
 
 /// Methods that others are compared with, the first that took part.
 const REFERENCES: [Method; 3] = [Method::EkfTuned, Method::Imm10, Method::Ekf];
@@ -60,12 +60,7 @@ pub(super) fn draw(material: &Material<'_>) -> Vec<Figure> {
             .filter(|floor| floor.condition.table == table)
             .map(|floor| (floor.condition.noise, floor.condition.rate, floor.ed_m))
             .collect();
-        let cells: Vec<Cell> = outcome
-            .cells
-            .iter()
-            .filter(|cell| cell.condition.table == table)
-            .map(plain_cell)
-            .collect();
+        let cells = outcome.plain_cells(table);
         add(
             "metrics",
             format!("metrics-{table}"),
@@ -100,6 +95,15 @@ pub(super) fn draw(material: &Material<'_>) -> Vec<Figure> {
             caption,
             phases_figure::draw(&sparse),
         );
+        let by_noise = by_motion::shown(&cells);
+        for by in By::ALL {
+            add(
+                "motion",
+                format!("{}-{table}", by.label()),
+                format!("Angle figures as {spelt}."),
+                motion_figure::draw(by, &by_noise),
+            );
+        }
     }
     for noise in NoiseLevel::ALL {
         let caption = format!("{noise} noise, sampling rate {}.", radar.rates[0]);
@@ -187,15 +191,6 @@ fn shown_methods(campaign: &Campaign) -> Vec<Method> {
         .into_iter()
         .filter(|method| campaign.methods.contains(method))
         .collect()
-}
-
-fn plain_cell(cell: &CellSummary) -> Cell {
-    Cell {
-        method: cell.method,
-        noise: cell.condition.noise,
-        rate: cell.condition.rate,
-        metrics: cell.metrics,
-    }
 }
 
 /// The cells of each noise level at the rate with number `rate`.

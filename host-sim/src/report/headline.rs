@@ -227,7 +227,8 @@ pub fn name(table: NoiseTable) -> &'static str {
     }
 }
 
-fn swatched(method: Method) -> String {
+/// Its colour and its label.
+pub fn swatched(method: Method) -> String {
     let colour = look(method).colour;
     format!(
         "<span class=\"swatch\" style=\"background:{colour}\"></span>{}",

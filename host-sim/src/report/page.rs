@@ -1,7 +1,7 @@
 //! The report's page: the template with its places filled.
 
 use super::figures::Figure;
-use super::{Material, headline, space};
+use super::{Material, by_motion, headline, space};
 use crate::campaign::cell_summary::CellSummary;
 use crate::campaign::outcome::{Cluster, Outcome};
 use crate::plot::svg::escaped;
@@ -48,6 +48,7 @@ pub(super) fn page(material: &Material<'_>, figures: &[Figure]) -> String {
         "reliability",
         "comparison",
         "phases",
+        "motion",
         "variations",
         "flights",
         "gaps",
@@ -66,6 +67,12 @@ pub(super) fn page(material: &Material<'_>, figures: &[Figure]) -> String {
             .collect();
         fill(section, &html);
     }
+    let by_motion: String = radar
+        .tables
+        .iter()
+        .map(|table| by_motion::html(&outcome.plain_cells(*table), *table))
+        .collect();
+    fill("by-motion", &by_motion);
     fill("consistency", &headline::consistency(&full_rate));
     let cluster = match outcome.cluster {
         Cluster::Recording => "recording",

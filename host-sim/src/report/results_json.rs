@@ -102,6 +102,7 @@ mod tests {
 
     use super::{Provenance, Results, write};
     use crate::method::Method;
+    use crate::scoring::binned::binned;
     use crate::scoring::cell::{Cell, CellMetrics};
 
     fn results() -> Results {
@@ -110,6 +111,7 @@ mod tests {
             noise: NoiseLevel::Medium,
             rate: SamplingRate::THREE_QUARTERS,
             metrics: CellMetrics::new(&[]),
+            bins: binned(std::iter::empty()),
         };
         let provenance = Provenance {
             command: "host-sim".to_owned(),
@@ -146,6 +148,7 @@ mod tests {
         let mut keys: Vec<_> = cell.keys().map(String::as_str).collect();
         keys.sort_unstable();
         let expected = [
+            "bins",
             "coverage90",
             "d_mean",
             "det_p_median_m6",

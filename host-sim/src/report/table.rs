@@ -131,6 +131,7 @@ mod tests {
             noise,
             rate: SamplingRate::HALF,
             metrics,
+            bins: Vec::new(),
         }
     }
 

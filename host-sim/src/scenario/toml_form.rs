@@ -13,6 +13,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::{Scenario, ScenarioError};
+use crate::scenario::kind::Kind;
 use crate::scenario::radar::{Pattern, Radar};
 
 /// Most flights.
@@ -49,6 +50,8 @@ struct VolumeTable {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Flights {
+    #[serde(default)]
+    kind: Kind,
     count: Spanned<f64>,
     quick_count: Spanned<f64>,
     duration_s: Spanned<f64>,
@@ -264,6 +267,7 @@ pub fn parse(text: &str, file: &str) -> Result<Scenario, ScenarioError> {
     let scenario = Scenario {
         name: place.line(&form.name, "name", 60)?,
         summary: place.line(&form.summary, "summary", 300)?,
+        kind: flights.kind,
         count: place.count(&flights.count, "count")?,
         quick_count: place.count(&flights.quick_count, "quick_count")?,
         duration_s: place.within(&flights.duration_s, "duration_s", 1.0..=3600.0)?,

@@ -8,9 +8,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::filter::Fate;
 use crate::method::Method;
+use crate::scoring::binned::BinSums;
 
 /// A cell with its place in the table.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Cell {
     /// Row.
     pub method: Method,
@@ -21,6 +22,8 @@ pub struct Cell {
     /// What was measured.
     #[serde(flatten)]
     pub metrics: CellMetrics,
+    /// The steps by the target's true speed and acceleration.
+    pub bins: Vec<BinSums>,
 }
 
 /// A scored step and how it came about.

@@ -4,6 +4,7 @@
 
 use crate::flights::track_error::check_track;
 pub use crate::flights::track_error::{SAMPLES_MIN, SampleField, TrackError};
+use serde::{Deserialize, Serialize};
 
 /// Position and velocity of the drone at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,6 +15,15 @@ pub struct Sample {
     pub position_m: [f64; 3],
     /// Velocity [x, y, z], metres per second.
     pub velocity_mps: [f64; 3],
+}
+
+/// How fast the drone really was at one instant, and how fast that changed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Motion {
+    /// Magnitude of the velocity, metres per second.
+    pub speed_mps: f64,
+    /// Magnitude of the acceleration, m/s^2.
+    pub acceleration_mps2: f64,
 }
 
 /// A recorded or generated flight.
@@ -39,11 +49,12 @@ impl Flight {
     pub fn from_track(name: &str, source: &str, rows: &[[f64; 4]]) -> Result<Self, TrackError> {
         check_track(rows)?;
         let start_s = rows[0][0];
+        let place = |i: usize| (rows[i][0], [rows[i][1], rows[i][2], rows[i][3]]);
         let samples = (0..rows.len())
             .map(|i| Sample {
                 time_s: rows[i][0] - start_s,
-                position_m: [rows[i][1], rows[i][2], rows[i][3]],
-                velocity_mps: velocity_mps(rows, i),
+                position_m: place(i).1,
+                velocity_mps: derivative(place, rows.len(), i),
             })
             .collect();
         Ok(Self {
@@ -77,6 +88,20 @@ impl Flight {
         *steps_s.select_nth_unstable_by(middle, f64::total_cmp).1
     }
 
+    /// The true motion at every sample: the speed of its velocity, and the acceleration by the same
+    /// differences of the neighbours' velocities that give [`Flight::from_track`] its velocity.
+    #[must_use]
+    pub fn motion(&self) -> Vec<Motion> {
+        let velocity = |i: usize| (self.samples[i].time_s, self.samples[i].velocity_mps);
+        let count = self.samples.len();
+        (0..count)
+            .map(|i| Motion {
+                speed_mps: length(velocity(i).1),
+                acceleration_mps2: length(derivative(velocity, count, i)),
+            })
+            .collect()
+    }
+
     /// The same flight seen by a radar at `radar_m` instead of the origin (axes stay parallel).
     #[must_use]
     pub fn seen_from(&self, radar_m: [f64; 3]) -> Self {
@@ -90,28 +115,38 @@ impl Flight {
     }
 }
 
-/// Velocity at row `i` of a checked track, metres per second.
-fn velocity_mps(rows: &[[f64; 4]], i: usize) -> [f64; 3] {
+/// Derivative at instant `i` of the `count` instants that `at` gives with their values, per second;
+/// zero of a single one.
+fn derivative(at: impl Fn(usize) -> (f64, [f64; 3]), count: usize, i: usize) -> [f64; 3] {
+    if count < 2 {
+        return [0.0; 3];
+    }
     let slope = |from: usize, axis: usize| {
-        (rows[from + 1][axis] - rows[from][axis]) / (rows[from + 1][0] - rows[from][0])
+        let ((before_s, before), (after_s, after)) = (at(from), at(from + 1));
+        (after[axis] - before[axis]) / (after_s - before_s)
     };
-    std::array::from_fn(|k| {
-        let axis = k + 1;
+    std::array::from_fn(|axis| {
         if i == 0 {
             slope(0, axis)
-        } else if i + 1 == rows.len() {
+        } else if i + 1 == count {
             slope(i - 1, axis)
         } else {
-            let before_s = rows[i][0] - rows[i - 1][0];
-            let after_s = rows[i + 1][0] - rows[i][0];
+            let before_s = at(i).0 - at(i - 1).0;
+            let after_s = at(i + 1).0 - at(i).0;
             (after_s * slope(i - 1, axis) + before_s * slope(i, axis)) / (before_s + after_s)
         }
     })
 }
 
+/// Length of a vector, in its unit.
+#[must_use]
+pub fn length(vector: [f64; 3]) -> f64 {
+    vector.iter().map(|value| value * value).sum::<f64>().sqrt()
+}
+
 #[cfg(test)]
 mod tests {
-    use super::Flight;
+    use super::{Flight, Motion, Sample};
     use crate::flights::track_error::COORDINATE_M_MAX;
     use proptest::prelude::*;
 
@@ -135,6 +170,35 @@ mod tests {
         // One-sided ends: the slope of the first and the last interval.
         assert!((flight.samples[0].velocity_mps[0] - 0.3).abs() < 1e-9);
         assert!((flight.samples[4].velocity_mps[0] - 4.2).abs() < 1e-9);
+    }
+
+    #[test]
+    fn motion_is_of_the_velocities_and_central() {
+        // Velocity (3 t^2, 4, 0): the parabola through three of them is exact inside.
+        let sample = |time_s: f64| Sample {
+            time_s,
+            position_m: [0.0; 3],
+            velocity_mps: [3.0 * time_s * time_s, 4.0, 0.0],
+        };
+        let flight = |times: &[f64]| Flight {
+            name: "f".to_owned(),
+            source: "f".to_owned(),
+            samples: times.iter().copied().map(sample).collect(),
+        };
+        let motion = flight(&[0.0, 0.5, 1.0, 1.25, 2.0]).motion();
+        assert_eq!((motion[0].speed_mps, motion[2].speed_mps), (4.0, 5.0));
+        for (motion, expected) in motion[1..4].iter().zip([3.0, 6.0, 7.5]) {
+            assert!((motion.acceleration_mps2 - expected).abs() < 1e-12);
+        }
+        // One-sided at the ends.
+        assert!((motion[0].acceleration_mps2 - 1.5).abs() < 1e-12);
+        assert!((motion[4].acceleration_mps2 - 9.75).abs() < 1e-12);
+        let still = Motion {
+            speed_mps: 4.0,
+            acceleration_mps2: 0.0,
+        };
+        assert_eq!(flight(&[0.0]).motion(), [still]);
+        assert_eq!(flight(&[]).motion(), []);
     }
 
     #[test]

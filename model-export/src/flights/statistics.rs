@@ -1,6 +1,6 @@
 //! What a set of flights looks like: extent, speeds, accelerations.
 
-use crate::flights::flight::Flight;
+use crate::flights::flight::{Flight, length};
 use serde::Serialize;
 
 /// Mean and limits of one quantity over every sample of a set of flights.
@@ -101,10 +101,6 @@ impl std::fmt::Display for FlightStatistics {
             self.acceleration_mps2.max,
         )
     }
-}
-
-fn length(vector: [f64; 3]) -> f64 {
-    vector.iter().map(|value| value * value).sum::<f64>().sqrt()
 }
 
 #[cfg(test)]

@@ -22,9 +22,8 @@ use crate::method::Method;
 use crate::output_folder;
 use crate::report::campaign_results::{self, CampaignProvenance};
 use crate::report::results_json::ModelProvenance;
-use crate::report::{self, Material, table};
+use crate::report::{self, Material, by_motion, table};
 use crate::scenario::Scenario;
-use crate::scoring::cell::Cell;
 
 /// Folds, unless --folds says otherwise.
 const FOLDS: usize = 5;
@@ -90,21 +89,11 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
     let outcome = campaign.run(&work, &|told| show(&bar, told))?;
     let mut said = String::new();
     for noise_table in &campaign.scenario.radar.tables {
-        let cells = outcome
-            .cells
-            .iter()
-            .filter(|cell| cell.condition.table == *noise_table);
-        let cells: Vec<Cell> = cells
-            .map(|cell| Cell {
-                method: cell.method,
-                noise: cell.condition.noise,
-                rate: cell.condition.rate,
-                metrics: cell.metrics,
-            })
-            .collect();
+        let cells = outcome.plain_cells(*noise_table);
         said += &format!(
-            "angle figures as {noise_table}\n\n{}\n",
-            table::render(&cells)
+            "angle figures as {noise_table}\n\n{}\n{}\n",
+            table::render(&cells),
+            by_motion::text(&cells)
         );
     }
     if campaign.tuned_on.len() > 1 && !outcome.candidates.is_empty() {

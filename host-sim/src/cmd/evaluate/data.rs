@@ -4,7 +4,6 @@ use std::path::Path;
 
 use bnkf_model_export::flights::data_hash;
 use bnkf_model_export::flights::flight::Flight;
-use bnkf_model_export::flights::generator::generate;
 use bnkf_model_export::flights::set::{FlightSet, FlightSetError, Preparation};
 use bnkf_model_export::seed;
 
@@ -45,7 +44,7 @@ impl Data {
         let count = args
             .tuning_flights
             .map_or_else(|| flights_to_tune_on(scenario), usize::from);
-        let to_tune_on = seen(&generate(&scenario.generator(count, TUNING_SEED))?, args);
+        let to_tune_on = seen(&scenario.flights(count, TUNING_SEED)?, args);
         match &args.flights {
             Some(path) => Ok(Self::recorded(path, args, scenario, to_tune_on)?),
             None => Self::generated(args, scenario, to_tune_on),
@@ -108,7 +107,7 @@ impl Data {
         } else {
             scenario.count
         };
-        let generated = generate(&scenario.generator(count, args.seed))?;
+        let generated = scenario.flights(count, args.seed)?;
         let sha256 = data_hash::of_flights(&generated);
         let segments = seen(&generated, args);
         Ok(Self {

@@ -16,7 +16,7 @@ use crate::contest::model::Model;
 use crate::contest::roster::{Roster, Supplies};
 use crate::method::Method;
 use crate::report::results_json::{self, ModelProvenance, Provenance, Results};
-use crate::report::table;
+use crate::report::{by_motion, table};
 use crate::scenario::radar::Radar;
 
 /// Writes the JSON file, if one was asked for, and prints the table.
@@ -29,7 +29,11 @@ pub fn run(args: &Args, flights: &Path) -> Result<(), EvaluateError> {
         results_json::write(path, &results)?;
     }
     // Only now: a closed pipe costs no results.
-    std::io::stdout().write_all(table::render(&results.cells).as_bytes())?;
+    let (table, motion) = (
+        table::render(&results.cells),
+        by_motion::text(&results.cells),
+    );
+    std::io::stdout().write_all(format!("{table}\n{motion}").as_bytes())?;
     Ok(())
 }
 
