@@ -132,7 +132,7 @@ fn errors_name_what_is_wrong() {
             .to_string()
     };
     assert_eq!(with(0, b'X'), "not a BNKF blob (wrong first bytes)");
-    assert_eq!(with(4, 2), "unknown blob version 2");
+    assert_eq!(with(4, 1), "unknown blob version 1");
     assert_eq!(with(field::KIND, 9), "blob field out of range: kind");
     assert_eq!(with(field::UNITS, 0), "blob field out of range: units");
     assert_eq!(

@@ -98,7 +98,7 @@ def blob(networks, inputs, outputs, parameters, input_pairs, output_pairs):
             for name in ("scale", "bias", "bias_variance"):
                 data += struct.pack(f"<{layer['outputs']}f", *layer[name].tolist())
     rest = head + sections + tables + data
-    front = b"BNKF" + struct.pack("<HBBI", 1, 1, 1, 16 + len(rest))
+    front = b"BNKF" + struct.pack("<HBBI", 2, 1, 1, 16 + len(rest))
     return front + struct.pack("<I", zlib.crc32(front + rest)) + rest
 
 

@@ -1,6 +1,14 @@
 //! Where and how fast targets are that the model was trained for.
 
-use super::state::State;
+use super::population::Population;
+use super::state::{Covariance, State};
+
+/// Deviations of the population's range and elevation within which most of its targets are.
+const HOME_SIGMAS: f32 = 3.0;
+/// Deviations of the population's range that a position may be unsure by for the network to be asked
+/// about targets that are not at home: what it knows of places it knows of home, and where the
+/// measurements say little it would speak of that.
+const UNSURE_MAX: f32 = 0.5;
 
 /// What a model was trained for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +39,16 @@ impl Bounds<f64> {
         range_m: [100.0, 4000.0],
         elevation_rad: [-0.2, 1.2],
     };
+
+    /// In single precision, as a blob holds them.
+    pub fn single(&self) -> Bounds<f32> {
+        Bounds {
+            speed_max_mps: self.speed_max_mps as f32,
+            acceleration_max_mps2: self.acceleration_max_mps2 as f32,
+            range_m: self.range_m.map(|x| x as f32),
+            elevation_rad: self.elevation_rad.map(|x| x as f32),
+        }
+    }
 }
 
 /// The bounds of a model, as they are asked for at every step.
@@ -40,22 +58,53 @@ pub struct Envelope {
     pub speed_max_mps: f32,
     /// Largest acceleration, m/s^2.
     pub acceleration_max_mps2: f32,
+    bounds: Place,
+    home: Place,
+    /// Largest variance of a position away from home, m^2.
+    unsure_max_m2: f32,
+}
+
+/// A range of ranges and one of elevations.
+#[derive(Clone, Copy, Debug)]
+struct Place {
     range_m: [f32; 2],
     /// Least and largest sine of the elevation.
     elevation_sine: [f32; 2],
 }
 
-impl Envelope {
-    /// The envelope that a blob's bounds make.
-    pub fn of(bounds: &Bounds<f32>) -> Self {
+impl Place {
+    fn new(range_m: [f32; 2], elevation_rad: [f32; 2]) -> Self {
         let right_angle = core::f32::consts::FRAC_PI_2;
+        Self {
+            range_m,
+            elevation_sine: elevation_rad
+                .map(|angle| libm::sinf(angle.clamp(-right_angle, right_angle))),
+        }
+    }
+
+    fn holds(&self, range_m: f32, height_m: f32) -> bool {
+        let [least, most] = self.range_m;
+        let [low, high] = self.elevation_sine;
+        (least..=most).contains(&range_m) && (low * range_m..=high * range_m).contains(&height_m)
+    }
+}
+
+impl Envelope {
+    /// The envelope that a blob's bounds and population make.
+    pub fn of(bounds: &Bounds<f32>, population: &Population<f32>) -> Self {
+        let p = population;
+        let about =
+            |mean: f32, sigma: f32| [mean - HOME_SIGMAS * sigma, mean + HOME_SIGMAS * sigma];
+        let unsure_max_m = UNSURE_MAX * p.range_sigma_m;
         Self {
             speed_max_mps: bounds.speed_max_mps,
             acceleration_max_mps2: bounds.acceleration_max_mps2,
-            range_m: bounds.range_m,
-            elevation_sine: bounds
-                .elevation_rad
-                .map(|angle| libm::sinf(angle.clamp(-right_angle, right_angle))),
+            bounds: Place::new(bounds.range_m, bounds.elevation_rad),
+            home: Place::new(
+                about(p.range_m, p.range_sigma_m),
+                about(p.elevation_rad, p.elevation_sigma_rad),
+            ),
+            unsure_max_m2: unsure_max_m * unsure_max_m,
         }
     }
 
@@ -64,12 +113,12 @@ impl Envelope {
         length(state, 3) < self.speed_max_mps && length(state, 6) < self.acceleration_max_mps2
     }
 
-    /// Whether the position lies inside.
-    pub fn holds_place(&self, state: &State<f32>) -> bool {
+    /// Whether the position lies inside, and at home or where it is known well enough.
+    pub fn holds_place(&self, state: &State<f32>, covariance: &Covariance<f32>) -> bool {
         let range = length(state, 0);
-        let [least, most] = self.range_m;
-        let [low, high] = self.elevation_sine;
-        (least..=most).contains(&range) && (low * range..=high * range).contains(&state[2])
+        let variance = covariance[0][0] + covariance[1][1] + covariance[2][2];
+        self.bounds.holds(range, state[2])
+            && (variance < self.unsure_max_m2 || self.home.holds(range, state[2]))
     }
 }
 
@@ -84,12 +133,13 @@ mod tests {
     use super::*;
 
     fn envelope() -> Envelope {
-        Envelope::of(&Bounds {
+        let bounds = Bounds {
             speed_max_mps: 8.25,
             acceleration_max_mps2: 19.05,
             range_m: [15.0, 45.0],
             elevation_rad: [0.2, 0.8],
-        })
+        };
+        Envelope::of(&bounds, &Population::PAPER.known())
     }
 
     fn placed(range: f32, elevation: f32) -> State<f32> {
@@ -122,8 +172,37 @@ mod tests {
             (30.0, 0.19, false),
             (30.0, -0.5, false),
         ] {
-            let holds = envelope.holds_place(&placed(range, elevation));
+            let holds = envelope.holds_place(&placed(range, elevation), &spread(0.1));
             assert_eq!(holds, inside, "{range} {elevation}");
+        }
+    }
+
+    fn spread(variance: f32) -> Covariance<f32> {
+        let mut covariance = [[0.0; 9]; 9];
+        for (i, row) in covariance.iter_mut().enumerate() {
+            row[i] = variance / 3.0;
+        }
+        covariance
+    }
+
+    /// 33.5 m and 0.5 rad, with deviations of 6 m and 0.21 rad: beyond three of them a position must
+    /// be known to three metres.
+    #[test]
+    fn away_from_home_a_position_must_be_known() {
+        let envelope = Envelope::of(&Bounds::PAPER.single(), &Population::PAPER.known());
+        for (range, elevation, variance, inside) in [
+            (33.5, 0.5, 100.0, true),
+            (33.5, 1.12, 100.0, true),
+            (33.5, 1.14, 100.0, false),
+            (33.5, 1.14, 8.9, true),
+            (33.5, 1.14, 9.1, false),
+            (33.5, -0.14, 9.1, false),
+            (52.0, 0.5, 9.1, false),
+            (52.0, 0.5, 8.9, true),
+            (101.0, 0.5, 1.0, false),
+        ] {
+            let holds = envelope.holds_place(&placed(range, elevation), &spread(variance));
+            assert_eq!(holds, inside, "{range} {elevation} {variance}");
         }
     }
 

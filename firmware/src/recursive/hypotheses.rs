@@ -130,10 +130,8 @@ impl<S: Scalar> Manoeuvre<S> {
 /// Corrections under several hypotheses, merged.
 #[derive(Clone, Copy, Debug)]
 pub struct Mixture<S> {
-    /// Mean and covariance of all, and the mean of their NIS.
+    /// Mean and covariance of all, and the mean of their NIS, which the gate asks.
     pub corrected: Corrected<S, 9>,
-    /// Least NIS of any.
-    pub nis_least: S,
     /// Posterior probability of each hypothesis.
     pub shares: [S; HYPOTHESES],
     /// Log-likelihood of the measurement under those so far, up to a constant of the sensor.
@@ -146,7 +144,6 @@ impl<S: Scalar> Mixture<S> {
         let mut shares = [S::constant(0.0); HYPOTHESES];
         shares[number] = S::constant(1.0);
         Self {
-            nis_least: corrected.nis,
             ln_likelihood: ln_likelihood(odds, &corrected),
             corrected,
             shares,
@@ -165,7 +162,6 @@ impl<S: Scalar> Mixture<S> {
             *kept = *kept * left;
         }
         self.shares[number] = share;
-        self.nis_least = self.nis_least.min(other.nis);
         let own = &mut self.corrected;
         own.nis = own.nis + share * (other.nis - own.nis);
         let away: [S; 9] = core::array::from_fn(|i| other.state[i] - own.state[i]);
@@ -277,7 +273,6 @@ mod tests {
                 assert!((mixture.corrected.covariance[i][j] - expected).abs() < 1e-12);
             }
         }
-        assert_eq!(mixture.nis_least, 3.0);
         let nis: f64 = (0..HYPOTHESES).map(|k| share[k] * parts[k].nis).sum();
         assert!((mixture.corrected.nis - nis).abs() < 1e-12);
     }

@@ -73,7 +73,7 @@ impl<'a> Recursive<'a> {
         Self {
             blob,
             settings,
-            envelope: Envelope::of(&parameters.bounds),
+            envelope: Envelope::of(&parameters.bounds, &parameters.population),
             parameters,
             rng: seeded(settings.seed),
             scratch: Scratch::new(),
@@ -113,7 +113,7 @@ impl<'a> Recursive<'a> {
             nis = mixture.corrected.nis;
             let whitened = whitened.map(|y| y.clamp(-WHITENED_MAX, WHITENED_MAX));
             track.memory.measured(whitened, &vectors);
-            if mixture.nis_least < GATE_NIS as f32 {
+            if nis < GATE_NIS as f32 {
                 track.take(&mixture.corrected);
                 track.memory.explained(mixture.shares);
                 if !track.settle() {
@@ -221,9 +221,9 @@ impl<'a> Recursive<'a> {
     /// The present track as an estimate; there is one.
     fn estimate(&self, nis: f32, mode: Mode, doubt: Doubt) -> Result<Estimate, StepError> {
         let track = self.track.as_ref().ok_or(StepError::NotStarted)?;
-        let outside =
-            !(self.envelope.holds_motion(&track.state) && self.envelope.holds_place(&track.state));
-        Ok(track.estimate(nis, mode, outside, doubt))
+        let held = self.envelope.holds_motion(&track.state)
+            && self.envelope.holds_place(&track.state, &track.covariance);
+        Ok(track.estimate(nis, mode, !held, doubt))
     }
 
     /// Moves the track to `time_us`, before any correction and not settled yet; returns what is still
@@ -262,7 +262,7 @@ impl<'a> Recursive<'a> {
             let schedule = if !self.envelope.holds_motion(&track.state) {
                 wide
             } else if track.memory.coast_s > SILENCE_MAX_S
-                || !self.envelope.holds_place(&track.state)
+                || !self.envelope.holds_place(&track.state, &track.covariance)
             {
                 Schedule::read(&[0.0; OUTPUTS], &p.base)
             } else {

@@ -11,15 +11,15 @@ use crate::recursive::model::RecursiveModel;
 use crate::recursive::recipe::Recipe;
 use crate::recursive::scenario::Scenario;
 use crate::recursive::training::Training;
-use crate::recursive::tuning::{DURATION_MIN_S, Hold, Tuning, usable};
+use crate::recursive::tuning::{DURATION_MIN_S, EPISODES, Hold, Tuning, usable};
 use crate::regular_file;
 use bnkf::blob::Blob;
 use std::path::PathBuf;
 
 /// Goes on training a recursive model on your own flights, a few of which are enough.
 ///
-/// Half of every batch is built-in flights, so that nothing is forgotten; the prior of every weight
-/// is the model's own posterior. MODEL.f32 must lie beside the model. Ctrl-C writes a checkpoint
+/// Half of every batch is built-in flights, so that nothing is forgotten; --hold adds a prior for the
+/// weights. MODEL.f32 must lie beside the model. Ctrl-C writes a checkpoint
 /// beside the output; --resume continues it to the same bytes.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
@@ -31,10 +31,10 @@ pub struct Args {
     #[arg(long, value_name = "OUT")]
     out: PathBuf,
     /// Batches of flights
-    #[arg(long, value_name = "N", default_value_t = TUNING_EPISODES, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    #[arg(long, value_name = "N", default_value_t = EPISODES, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     episodes: u64,
     /// What holds the weights where they were, beside the built-in flights
-    #[arg(long, value_enum, default_value_t = Hold::Posterior)]
+    #[arg(long, value_enum, default_value_t = Hold::Nothing)]
     hold: Hold,
     /// Share of every batch that is built-in flights
     #[arg(long, value_name = "SHARE", default_value_t = 0.5, value_parser = share)]
@@ -49,9 +49,6 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..))]
     threads: Option<u8>,
 }
-
-/// Episodes of a tuning by default.
-const TUNING_EPISODES: u64 = 300;
 
 fn share(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {

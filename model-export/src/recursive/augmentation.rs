@@ -395,9 +395,14 @@ mod tests {
     fn drawn_flights_are_smooth_inside_and_differ() {
         let mut random = RandomSource::new(3, &[]);
         let mut stretched = 0;
+        let inside = Augmentation {
+            agile_share: 0.0,
+            haste_share: 0.0,
+            elsewhere_share: 0.0,
+            ..Augmentation::DEFAULT
+        };
         for _ in 0..200 {
-            let samples =
-                Augmentation::DEFAULT.draw(&circle(), &Volume::PAPER, 150, 0.1, &mut random);
+            let samples = inside.draw(&circle(), &Volume::PAPER, 150, 0.1, &mut random);
             assert!((STEPS_MIN..=150).contains(&samples.len()));
             assert_eq!(samples[0].time_s, 0.0);
             for pair in samples.windows(3) {
@@ -413,6 +418,36 @@ mod tests {
             stretched += usize::from(x.hypot(y) > 4.0);
         }
         assert!((10..100).contains(&stretched), "{stretched}");
+    }
+
+    /// Shares are what they say: other places, other laws, haste; and nothing else is kept where it
+    /// was.
+    #[test]
+    fn shares_are_drawn_as_often_as_they_say() {
+        let mut random = RandomSource::new(6, &[]);
+        let (mut low, mut fast) = (0, 0);
+        for _ in 0..400 {
+            let samples =
+                Augmentation::DEFAULT.draw(&circle(), &Volume::PAPER, 150, 0.1, &mut random);
+            let mean = samples.iter().map(|s| s.position_m[2]).sum::<f64>() / samples.len() as f64;
+            low += usize::from(mean < 0.0);
+            let speed = |s: &Sample| s.velocity_mps.iter().map(|v| v * v).sum::<f64>().sqrt();
+            fast += usize::from(samples.iter().map(speed).fold(0.0, f64::max) > 8.0);
+        }
+        // A fifth goes anywhere, nearly half of it below the radar.
+        assert!((20..60).contains(&low), "{low}");
+        assert!((20..140).contains(&fast), "{fast}");
+        let still = Augmentation {
+            kept: true,
+            ..Augmentation::STILL
+        };
+        for _ in 0..20 {
+            let samples = still.draw(&circle(), &Volume::PAPER, 100, 0.1, &mut random);
+            for sample in &samples {
+                let [x, y, z] = sample.position_m;
+                assert!((x.hypot(y) - 5.0).abs() < 1e-3 && (z - 12.0).abs() < 1e-9);
+            }
+        }
     }
 
     #[test]

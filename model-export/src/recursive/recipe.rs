@@ -5,7 +5,7 @@ use super::encounter::Encounter;
 use super::network::sampling::Sampling;
 use super::sensor::{Family, Sensor};
 use super::step::Weighing;
-use super::tuning::Tuning;
+use super::tuning::{EPISODES, Tuning};
 use crate::flights::flight::Flight;
 use crate::flights::volume::Volume;
 use crate::random_source::RandomSource;
@@ -98,7 +98,7 @@ impl Recipe {
     /// The same recipe for tuning a model on own flights.
     pub fn tuned(self, tuning: Tuning) -> Self {
         Self {
-            episodes: 300,
+            episodes: EPISODES,
             rate: 1e-3,
             tuning: Some(tuning),
             ..self

@@ -31,17 +31,7 @@ pub enum Scenario {
 impl Scenario {
     /// The scenario whose models have these bounds.
     pub fn of(bounds: &Bounds<f64>) -> Option<Self> {
-        let single = |x: f64| f64::from(x as f32);
-        let alike = |scenario: &Self| {
-            let own = scenario.recipe().bounds();
-            let own = Bounds {
-                speed_max_mps: single(own.speed_max_mps),
-                acceleration_max_mps2: single(own.acceleration_max_mps2),
-                range_m: own.range_m.map(single),
-                elevation_rad: own.elevation_rad.map(single),
-            };
-            own == *bounds
-        };
+        let alike = |scenario: &Self| scenario.recipe().bounds().single() == bounds.single();
         [Self::Paper, Self::CounterUas].into_iter().find(alike)
     }
 

@@ -118,7 +118,7 @@ pub fn advance<S: Scalar>(
     }
     let corrected = &mixture.corrected;
     let measured = arrival.measured;
-    let used = measured * (S::constant(GATE_NIS) - mixture.nis_least).step();
+    let used = measured * (S::constant(GATE_NIS) - corrected.nis).step();
     let between = |from: S, to: S, weight: S| from + weight * (to - from);
     let mut next = Carry {
         state: core::array::from_fn(|i| between(state[i], corrected.state[i], used)),
@@ -337,7 +337,8 @@ mod tests {
     #[test]
     fn the_step_stays_small() {
         // The cost of training is proportional to these; a structural zero that is computed shows.
-        assert!(filter_program(&Parameters::PAPER, Weighing::All).len() < 1800);
+        assert!(filter_program(&Parameters::PAPER, Weighing::Nominal).len() < 2_300);
+        assert!(filter_program(&Parameters::PAPER, Weighing::All).len() < 4_600);
         assert!(feature_program(&Normalisation::IDENTITY).len() < 400);
     }
 }

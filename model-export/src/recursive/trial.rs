@@ -184,6 +184,8 @@ mod tests {
     use crate::recursive::network::sampling::Sampling;
     use crate::recursive::recipe::Recipe;
     use crate::recursive::scenario::Scenario;
+    use crate::recursive::step::Weighing;
+    use crate::recursive::step_programs::Programs;
     use crate::recursive::training::Training;
 
     #[test]
@@ -200,9 +202,10 @@ mod tests {
         let training = Training::new(recipe, &flights).unwrap();
         let bytes = training.model().blob().unwrap();
         let weights = training.network.weights(Tier::detect(), Sampling::Nothing);
+        let programs = Programs::new(&training.parameters, &training.normalisation, Weighing::All);
         for cell in Scenario::Paper.cells(&flights, 5) {
             let encounters = cell.encounters(&training.parameters.population);
-            let expected = Score::of(training.programs(), &weights, &encounters);
+            let expected = Score::of(&programs, &weights, &encounters);
             let tracked = cell.track(Blob::parse(&bytes).unwrap(), 1).unwrap();
             assert_eq!((tracked.score.lost, tracked.restarted), (0, 0));
             let (score, expected) = (tracked.score.means, expected.means);

@@ -1,6 +1,6 @@
 //! Learning from a few flights of a user's own: a shipped model goes on training on them, half of
-//! every batch still built-in flights, so that it forgets nothing, with the shipped posterior as
-//! the prior of every weight.
+//! every batch still built-in flights, so that it forgets nothing. The shipped posterior of every
+//! weight can be its prior as well.
 
 use super::augmentation::Augmentation;
 use super::model::RecursiveModel;
@@ -13,6 +13,8 @@ use bnkf::recursive::population::Population;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
+/// Batches of flights by default.
+pub const EPISODES: u64 = 450;
 /// Shortest flight to learn from, s.
 pub const DURATION_MIN_S: f64 = 4.5;
 
@@ -20,16 +22,16 @@ pub const DURATION_MIN_S: f64 = 4.5;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Hold {
-    /// The shipped posterior of every weight, three times as wide
+    /// The shipped posterior of every weight, ten times as wide
     Posterior,
-    /// The shipped means, all with three times their median deviation
+    /// The shipped means, all with ten times their median deviation
     Isotropic,
     /// Nothing but rehearsal
     Nothing,
 }
 
 /// Width of the prior, in the shipped deviations.
-const WIDTH: f64 = 3.0;
+const WIDTH: f64 = 10.0;
 
 /// How a model is tuned; part of a [`super::recipe::Recipe`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -49,11 +51,11 @@ pub struct Tuning {
 }
 
 impl Tuning {
-    /// Half rehearsal, the shipped posterior as prior.
+    /// Half rehearsal and nothing else that holds: a prior of any kind cost more than it kept.
     pub fn new(blob_sha256: String, own: &[Flight], place: bool) -> Self {
         Self {
             rehearsal: 0.5,
-            hold: Hold::Posterior,
+            hold: Hold::Nothing,
             place,
             blob_sha256,
             flights_sha256: of_flights(own),
