@@ -1,6 +1,6 @@
 //! What the recursive tracker remembers beside its state: statistics that the network reads.
 
-use super::hypotheses::HYPOTHESES;
+use super::hypotheses::{HYPOTHESES, OUTLIER};
 use crate::measurement::Vectors;
 use crate::scalar::Scalar;
 
@@ -68,6 +68,11 @@ impl<S: Scalar> Memory<S> {
             self.ln_sigmas[i] =
                 present * vectors.sigmas[i].ln() + (c(1.0) - present) * self.ln_sigmas[i];
         }
+    }
+
+    /// Counts a measurement that no hypothesis explained: it was wrong.
+    pub fn refused(&mut self) {
+        self.counts[OUTLIER] = self.counts[OUTLIER] + S::constant(1.0);
     }
 
     /// Counts which hypotheses explained a step, in parts.
@@ -176,6 +181,15 @@ mod tests {
         assert!((memory.coast_s - 0.5).abs() < 1e-15);
         memory.stepped(0.3, 1.0, [0.0; 3], &[]);
         assert_eq!(memory.coast_s, 0.0);
+    }
+
+    #[test]
+    fn what_explains_and_what_nothing_explains_is_counted() {
+        let mut memory = Memory::start(SIGMAS, [0.0; 3]);
+        memory.explained([0.5, 0.25, 0.0, 0.25]);
+        memory.explained([1.0, 0.0, 0.0, 0.0]);
+        memory.refused();
+        assert_eq!(memory.counts, [1.5, 0.25, 0.0, 1.25]);
     }
 
     #[test]

@@ -28,8 +28,6 @@ const INTERVAL_MAX_S: f32 = 0.25;
 const SILENCE_MAX_S: f32 = 10.0;
 /// Probability of being wrong from which a measurement that is used counts as one that is not.
 const SUSPECT: f32 = 0.5;
-/// Whitened innovations of rejected measurements are remembered within this many deviations.
-const WHITENED_MAX: f32 = 1e3;
 
 /// A nine-state filter over one target, driven by the network of a recursive blob.
 pub(crate) struct Recursive<'a> {
@@ -111,9 +109,8 @@ impl<'a> Recursive<'a> {
         let mut nis = NIS_MAX;
         if let Some((mixture, whitened)) = track.weighed(&vectors, &step.interval, hypotheses) {
             nis = mixture.corrected.nis;
-            let whitened = whitened.map(|y| y.clamp(-WHITENED_MAX, WHITENED_MAX));
-            track.memory.measured(whitened, &vectors);
             if nis < GATE_NIS as f32 {
+                track.memory.measured(whitened, &vectors);
                 track.take(&mixture.corrected);
                 track.memory.explained(mixture.shares);
                 if !track.settle() {
@@ -124,6 +121,8 @@ impl<'a> Recursive<'a> {
                 return self.used(measurement, &mixture);
             }
         }
+        track.memory.missed();
+        track.memory.refused();
         track.doubt(&step.interval, hypotheses);
         if !track.settle() {
             return self.start(measurement, Mode::Restarted);

@@ -8,7 +8,7 @@ use bnkf::measurement::Vectors;
 use bnkf::recursive::correction::{GATE_NIS, Interval, correct};
 use bnkf::recursive::factor::Factor;
 use bnkf::recursive::features::{FEATURES, features};
-use bnkf::recursive::hypotheses::{Mixture, NOMINAL};
+use bnkf::recursive::hypotheses::{Mixture, NOMINAL, OUTLIER};
 use bnkf::recursive::motion::predict;
 use bnkf::recursive::parameters::Parameters;
 use bnkf::recursive::schedule::{NOTE_OUTPUT, OUTPUTS, SCHEDULE, Schedule};
@@ -136,7 +136,7 @@ pub fn advance<S: Scalar>(
     seen.measured(whitened, &vectors);
     unseen.missed();
     let blend = |unseen: [S; MEASUREMENT], seen: [S; MEASUREMENT]| {
-        core::array::from_fn(|i| between(unseen[i], seen[i], measured))
+        core::array::from_fn(|i| between(unseen[i], seen[i], used))
     };
     next.memory.innovation = blend(unseen.innovation, seen.innovation);
     next.memory.drift = blend(unseen.drift, seen.drift);
@@ -144,6 +144,7 @@ pub fn advance<S: Scalar>(
     next.memory.ln_sigmas = blend(unseen.ln_sigmas, seen.ln_sigmas);
     next.memory
         .explained(mixture.shares.map(|share| used * share));
+    next.memory.counts[OUTLIER] = next.memory.counts[OUTLIER] + (measured - used);
     let velocity = [next.state[3], next.state[4], next.state[5]];
     next.memory
         .stepped(arrival.dt_s, used, velocity, &outputs[NOTE_OUTPUT..]);
