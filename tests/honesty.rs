@@ -544,7 +544,7 @@ fn scattered_false_alarms_never_steal_a_track() {
     assert!(lost < 0.0003 && longest <= 1, "{lost} {longest}");
     let (more, longest_of_more) = with_false_alarms(0.3, 8);
     assert!(
-        more < 0.01 && longest_of_more < 20,
+        more < 0.002 && longest_of_more < 20,
         "{more} {longest_of_more}"
     );
     let (most, longest_of_most) = with_false_alarms(0.5, 9);

@@ -19,6 +19,9 @@ pub const HYPOTHESES: usize = 4;
 pub const NOMINAL: usize = 0;
 /// The one under which the reading is wrong; the ones between are manoeuvres.
 pub const OUTLIER: usize = HYPOTHESES - 1;
+/// Probability of a wrong reading from which a rejected one says nothing of the target. Below it the
+/// network sees it: a manoeuvre that nobody expected begins like a wrong reading.
+pub const OFTEN_WRONG: f64 = 0.05;
 /// Difference of log-likelihoods beyond which two hypotheses differ no more.
 const LN_ODDS_MAX: f64 = 60.0;
 

@@ -5,7 +5,7 @@ use super::correction::{GATE_NIS, Interval};
 use super::envelope::Envelope;
 use super::factor::Factor;
 use super::features::{FEATURE_LIMIT, FEATURES, features};
-use super::hypotheses::Mixture;
+use super::hypotheses::{Mixture, OFTEN_WRONG, OUTLIER};
 use super::memory::NOTES;
 use super::parameters::Parameters;
 use super::population::Population;
@@ -28,6 +28,9 @@ const INTERVAL_MAX_S: f32 = 0.25;
 const SILENCE_MAX_S: f32 = 10.0;
 /// Probability of being wrong from which a measurement that is used counts as one that is not.
 const SUSPECT: f32 = 0.5;
+
+/// Whitened innovations of rejected measurements are remembered within this many deviations.
+const WHITENED_MAX: f32 = 1e3;
 
 /// A nine-state filter over one target, driven by the network of a recursive blob.
 pub(crate) struct Recursive<'a> {
@@ -109,8 +112,14 @@ impl<'a> Recursive<'a> {
         let mut nis = NIS_MAX;
         if let Some((mixture, whitened)) = track.weighed(&vectors, &step.interval, hypotheses) {
             nis = mixture.corrected.nis;
-            if nis < GATE_NIS as f32 {
+            let often_wrong = hypotheses.odds(&track.memory.counts)[OUTLIER] > OFTEN_WRONG as f32;
+            if nis < GATE_NIS as f32 || !often_wrong {
+                let whitened = whitened.map(|y| y.clamp(-WHITENED_MAX, WHITENED_MAX));
                 track.memory.measured(whitened, &vectors);
+            } else {
+                track.memory.missed();
+            }
+            if nis < GATE_NIS as f32 {
                 track.take(&mixture.corrected);
                 track.memory.explained(mixture.shares);
                 if !track.settle() {
@@ -121,7 +130,6 @@ impl<'a> Recursive<'a> {
                 return self.used(measurement, &mixture);
             }
         }
-        track.memory.missed();
         track.memory.refused();
         track.doubt(&step.interval, hypotheses);
         if !track.settle() {

@@ -8,7 +8,7 @@ use bnkf::measurement::Vectors;
 use bnkf::recursive::correction::{GATE_NIS, Interval, correct};
 use bnkf::recursive::factor::Factor;
 use bnkf::recursive::features::{FEATURES, features};
-use bnkf::recursive::hypotheses::{Mixture, NOMINAL, OUTLIER};
+use bnkf::recursive::hypotheses::{Mixture, NOMINAL, OFTEN_WRONG, OUTLIER};
 use bnkf::recursive::motion::predict;
 use bnkf::recursive::parameters::Parameters;
 use bnkf::recursive::schedule::{NOTE_OUTPUT, OUTPUTS, SCHEDULE, Schedule};
@@ -135,8 +135,11 @@ pub fn advance<S: Scalar>(
     let (mut seen, mut unseen) = (carry.memory, carry.memory);
     seen.measured(whitened, &vectors);
     unseen.missed();
+    // What is rejected is seen unless the sensor is often wrong.
+    let trusted = (S::constant(OFTEN_WRONG) - odds[OUTLIER]).step();
+    let shown = used + (measured - used) * trusted;
     let blend = |unseen: [S; MEASUREMENT], seen: [S; MEASUREMENT]| {
-        core::array::from_fn(|i| between(unseen[i], seen[i], used))
+        core::array::from_fn(|i| between(unseen[i], seen[i], shown))
     };
     next.memory.innovation = blend(unseen.innovation, seen.innovation);
     next.memory.drift = blend(unseen.drift, seen.drift);
