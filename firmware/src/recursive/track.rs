@@ -91,6 +91,16 @@ impl Track {
         (0..3).map(|i| self.covariance[i][i]).sum()
     }
 
+    /// Whether another track's position is further away than `deviations` of both.
+    pub fn is_apart(&self, other: &Self, deviations: f32) -> bool {
+        let squared = |i: usize| {
+            let apart = self.state[i] - other.state[i];
+            apart * apart
+        };
+        let variance = self.position_variance() + other.position_variance();
+        (0..3).map(squared).sum::<f32>() >= deviations * deviations * variance
+    }
+
     /// The line of sight to the position.
     pub fn sight(&self) -> LineOfSight<f32> {
         LineOfSight::to([self.state[0], self.state[1], self.state[2]])
@@ -267,6 +277,17 @@ mod tests {
         {
             assert!((got - f32::ln(sigma)).abs() < 1e-6);
         }
+    }
+
+    #[test]
+    fn tracks_are_apart_by_their_deviations() {
+        let (near, mut far) = (track(), track());
+        let reach = 3.0 * (2.0 * near.position_variance()).sqrt();
+        far.state[1] += 0.99 * reach;
+        assert!(!near.is_apart(&far, 3.0) && near.is_apart(&far, 2.9));
+        far.state[1] += 0.02 * reach;
+        assert!(near.is_apart(&far, 3.0));
+        assert!(near.is_apart(&near, 0.0));
     }
 
     #[test]

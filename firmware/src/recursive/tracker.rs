@@ -29,6 +29,9 @@ const SILENCE_MAX_S: f32 = 10.0;
 /// Probability of being wrong from which a measurement that is used counts as one that is not.
 const SUSPECT: f32 = 0.5;
 
+/// Deviations that a candidate made of measurements that were used must be away from the track to take
+/// over: nearer than that it is the same target, under a sensor that is worse than it says.
+const APART: f32 = 3.0;
 /// Whitened innovations of rejected measurements are remembered within this many deviations.
 const WHITENED_MAX: f32 = 1e3;
 
@@ -137,7 +140,7 @@ impl<'a> Recursive<'a> {
         }
         step.remember(&mut track, false);
         self.track = Some(track);
-        let mode = if self.is_suspected(measurement) {
+        let mode = if self.is_suspected(measurement, 0.0) {
             Mode::Restarted
         } else {
             Mode::Rejected
@@ -156,7 +159,7 @@ impl<'a> Recursive<'a> {
         let mut mode = Mode::Tracking;
         if doubt.outlier < SUSPECT {
             self.rejections = 0;
-        } else if self.is_suspected(measurement) {
+        } else if self.is_suspected(measurement, APART) {
             mode = Mode::Restarted;
         }
         self.estimate(mixture.corrected.nis, mode, doubt)
@@ -185,10 +188,10 @@ impl<'a> Recursive<'a> {
     }
 
     /// Shows the candidate a measurement that the track does not explain; true when the candidate
-    /// took over.
+    /// took over, which it does only where it is `apart` deviations away.
     // Rare, and its second track would weigh on the stack of every step.
     #[inline(never)]
-    fn is_suspected(&mut self, measurement: &Measurement) -> bool {
+    fn is_suspected(&mut self, measurement: &Measurement, apart: f32) -> bool {
         self.rejections = self.rejections.saturating_add(1);
         let verdict = match &mut self.candidate {
             Some(candidate) => {
@@ -205,7 +208,8 @@ impl<'a> Recursive<'a> {
             return false;
         };
         let longer = candidate.track().used > track.used;
-        if self.rejections < AGREEING && !longer {
+        let enough = self.rejections >= AGREEING || longer;
+        if !enough || !track.is_apart(candidate.track(), apart) {
             return false;
         }
         self.track = Some(*candidate.track());
