@@ -56,6 +56,8 @@ pub struct Hypotheses<S> {
 
 impl Hypotheses<f64> {
     /// Those of small drones. Multipliers are powers of e.
+    // To four digits, as the shipped blobs have them.
+    #[expect(clippy::approx_constant)]
     pub const DRONE: Self = Self {
         confidence: 100.0,
         manoeuvres: [
