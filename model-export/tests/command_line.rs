@@ -297,3 +297,38 @@ fn wrong_inputs_are_named_in_one_line() {
         assert!(!folder.join("m.bnkf").exists());
     }
 }
+
+#[test]
+fn a_model_is_tuned_on_own_flights() {
+    let folder = tempfile::tempdir().unwrap();
+    let models = concat!(env!("CARGO_MANIFEST_DIR"), "/../models/");
+    let flights = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/sample-flights");
+    let model = format!("{models}recursive.bnkf");
+    let tune = |model: &str, more: &[&str]| {
+        let arguments = ["tune", model, "--out", "mine.bnkf", "--episodes", "1"];
+        model_export(folder.path(), &[&arguments, more].concat())
+            .output()
+            .unwrap()
+    };
+    let done = tune(&model, &["--flights", flights]);
+    assert!(done.status.success(), "{done:?}");
+    let mine = std::fs::read(folder.path().join("mine.bnkf")).unwrap();
+    assert_ne!(mine, std::fs::read(&model).unwrap());
+    let provenance = std::fs::read_to_string(folder.path().join("mine.bnkf.json")).unwrap();
+    assert!(provenance.contains("\"rehearsal\": 0.5"), "{provenance}");
+    assert!(!folder.path().join("mine.bnkf.checkpoint").exists());
+    // What cannot be tuned is named.
+    let refused = |model: &str, more: &[&str]| {
+        let output = tune(model, more);
+        assert!(!output.status.success());
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let memoryless = format!("{models}bnkf.bnkf");
+    let said = refused(&memoryless, &["--flights", flights]);
+    assert!(said.contains("bnkf.bnkf: only a recursive model"), "{said}");
+    std::fs::copy(&model, folder.path().join("alone.bnkf")).unwrap();
+    let said = refused("alone.bnkf", &["--flights", flights]);
+    assert!(said.contains("alone.bnkf.f32"), "{said}");
+    let said = refused(&model, &[]);
+    assert!(said.contains("name the flights"), "{said}");
+}
