@@ -129,6 +129,63 @@ mod tests {
         assert!(curvature.iter().all(|c| *c > 0.0));
     }
 
+    /// Every hypothesis by itself: its own process noise, the outlier's own sensor.
+    #[test]
+    fn weighing_corrects_under_every_hypothesis() {
+        let interval = Interval {
+            sight: LineOfSight::to([STATE[0], STATE[1], STATE[2]]),
+            noise: Densities {
+                jerk: [1.0, 2.0, 3.0],
+                acceleration: [0.1, 0.2, 0.3],
+                velocity: 0.01,
+            },
+            sensor_scale: [1.5, 0.5, 3.0],
+            dt_s: 0.2,
+        };
+        let hypotheses = Hypotheses::DRONE;
+        let mut measured = expected();
+        measured[2] += 5.0;
+        let vectors = Vectors::whole(measured, [0.05, 0.04, 2.0, 0.3]);
+        let odds = [0.4, 0.3, 0.2, 0.1];
+        let (got, whitened) = interval.weigh(&STATE, &covariance(), &vectors, &hypotheses, &odds);
+        let widened = |k: usize| {
+            let mut wider = covariance();
+            if let Some(manoeuvre) = hypotheses.manoeuvres.get(k.wrapping_sub(1)) {
+                let noise = interval.noise.scaled(
+                    manoeuvre.jerk - 1.0,
+                    manoeuvre.acceleration - 1.0,
+                    manoeuvre.velocity - 1.0,
+                );
+                add_noise(&mut wider, &interval.sight, &noise, 0.2);
+            }
+            wider
+        };
+        let outlier = [1.5, 0.5, 3.0].map(|scale| scale * hypotheses.outlier_variance);
+        let scales = [[1.5, 0.5, 3.0], [1.5, 0.5, 3.0], [1.5, 0.5, 3.0], outlier];
+        let parts: [_; HYPOTHESES] =
+            core::array::from_fn(|k| correct(&STATE, &widened(k), &vectors, scales[k]));
+        let raw: [f64; HYPOTHESES] =
+            core::array::from_fn(|k| odds[k] * (-0.5 * parts[k].0.nis - parts[k].0.ln_root).exp());
+        let total: f64 = raw.iter().sum();
+        assert_eq!(whitened, parts[NOMINAL].1);
+        for k in 0..HYPOTHESES {
+            assert!((got.shares[k] - raw[k] / total).abs() < 1e-12, "{k}");
+            assert!(got.shares[k] > 1e-6, "{k}: each counts");
+        }
+        for i in 0..9 {
+            let mean: f64 = (0..HYPOTHESES)
+                .map(|k| got.shares[k] * parts[k].0.state[i])
+                .sum();
+            assert!((got.corrected.state[i] - mean).abs() < 1e-9, "{i}");
+        }
+        // A gap expects the mean of all.
+        let mut doubted = covariance();
+        interval.doubt(&mut doubted, &hypotheses, &odds);
+        let spread = odds[1] * (widened(1)[0][0] - covariance()[0][0])
+            + odds[2] * (widened(2)[0][0] - covariance()[0][0]);
+        assert!((doubted[0][0] - covariance()[0][0] - spread).abs() < 1e-12);
+    }
+
     #[test]
     fn the_gate_is_eight_deviations() {
         let mut vectors = Vectors::whole(expected(), [0.05, 0.04, 2.0, 0.3]);
