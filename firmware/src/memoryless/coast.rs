@@ -92,6 +92,30 @@ mod tests {
         assert!((out.position.z - 10.0).abs() < 1e-4);
     }
 
+    /// The formulas by hand: 0.5 s between fixes of different doubt, 0.4 s ahead.
+    #[test]
+    fn a_coast_is_what_its_formulas_say() {
+        let (latest, before) = (fix(600_000, 3.0, 0.5), fix(100_000, 1.0, 0.25));
+        let out = extrapolate(&latest, Some(&before), POPULATION, 1_000_000);
+        // Difference 4 m/s with a variance of 0.75 / 0.25 = 3; prior variance 4.
+        let gain = 4.0 / 7.0;
+        assert!((out.position.x - (3.0 + 0.4 * gain * 4.0)).abs() < 1e-5);
+        let drift = 0.5 * 3.0 * 0.16;
+        let expected = 0.5 + 0.16 * gain * 3.0 + drift * drift;
+        assert!((out.covariance[(0, 0)] - expected).abs() < 1e-5);
+        assert_eq!(out.covariance[(0, 1)], 0.0);
+        // Two fixes of one time say nothing of the velocity.
+        let same = extrapolate(
+            &latest,
+            Some(&fix(600_000, 1.0, 0.25)),
+            POPULATION,
+            1_000_000,
+        );
+        assert_eq!(same.position.x, 3.0);
+        let alone = 0.5 + 0.16 * 4.0 + drift * drift;
+        assert!((same.covariance[(0, 0)] - alone).abs() < 1e-5);
+    }
+
     #[test]
     fn uncertain_fixes_stand_still() {
         let out = extrapolate(
