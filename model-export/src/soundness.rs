@@ -2,7 +2,7 @@
 
 use crate::call::Call;
 use bnkf::StepError;
-use bnkf::estimate::{Estimate, Mode, Motion};
+use bnkf::estimate::{Doubt, Estimate, Mode, Motion};
 use nalgebra::{Matrix3, SMatrix};
 
 /// Whether every number is finite.
@@ -21,6 +21,8 @@ pub fn is_finite(estimate: &Estimate) -> bool {
             .iter()
             .all(|x| x.is_finite())
         && estimate.nis.is_finite()
+        && estimate.doubt.manoeuvre.is_finite()
+        && estimate.doubt.outlier.is_finite()
         && estimate.motion.as_ref().is_none_or(numbers)
 }
 
@@ -47,6 +49,27 @@ pub fn is_definite(estimate: &Estimate) -> bool {
 /// nothing; and without a measurement doubt grows.
 #[must_use]
 pub fn is_true(call: &Call, estimate: &Estimate, before: Option<&Estimate>) -> bool {
+    is_doubt_true(estimate) && is_mode_true(call, estimate, before)
+}
+
+/// Whether doubts are probabilities, and only a measurement that was weighed has any: a rejected one is
+/// wrong for sure, and one that a track began with or was taken over by is not.
+fn is_doubt_true(estimate: &Estimate) -> bool {
+    let doubt = estimate.doubt;
+    match estimate.mode {
+        Mode::Rejected => doubt == Doubt::OUTLIER,
+        Mode::Tracking => {
+            // Shares sum to one to rounding.
+            let possible = 0.0..=1.000_001;
+            possible.contains(&doubt.manoeuvre)
+                && possible.contains(&doubt.outlier)
+                && possible.contains(&(doubt.manoeuvre + doubt.outlier))
+        }
+        Mode::Started | Mode::Coasting | Mode::Restarted => doubt == Doubt::NONE,
+    }
+}
+
+fn is_mode_true(call: &Call, estimate: &Estimate, before: Option<&Estimate>) -> bool {
     let recursive = estimate.motion.is_some();
     let gate = bnkf::recursive::correction::GATE_NIS as f32;
     let sigma2 = |e: &Estimate| {

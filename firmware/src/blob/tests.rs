@@ -289,7 +289,8 @@ fn parameters_are_refused_by_name_outside_their_limits() {
             };
             assert_eq!(read(limits.least), Ok(()));
             assert_eq!(read(limits.most), Ok(()));
-            let below = limits.least - limits.least.abs().max(1.0) * 0.01;
+            // A limit of zero has no hundredth.
+            let below = limits.least - (limits.least.abs() * 0.01).max(1e-12);
             let above = limits.most * 1.01;
             for bad in [below, above, 1e38, -1e38, f32::NAN, f32::INFINITY] {
                 assert_eq!(read(bad), Err(BlobError::Parameter(limits.name)), "{bad}");

@@ -2,7 +2,7 @@
 
 use super::correction::{Interval, correct};
 use super::factor::Factor;
-use super::hypotheses::{Hypotheses, Mixture};
+use super::hypotheses::{HYPOTHESES, Hypotheses, Mixture};
 use super::memory::Memory;
 use super::motion::predict;
 use super::population::{Base, Population};
@@ -117,10 +117,14 @@ impl Track {
         factor.fuse(&mut self.state, &mut self.covariance, population, dt_s);
     }
 
-    /// Doubts a prediction that no measurement follows.
-    pub fn doubt(&mut self, interval: &Interval<f32>, hypotheses: &Hypotheses<f32>) {
-        let odds = hypotheses.odds(&self.memory.counts);
-        interval.doubt(&mut self.covariance, hypotheses, &odds);
+    /// Doubts a prediction that no measurement follows, or none that was used.
+    pub fn doubt(
+        &mut self,
+        interval: &Interval<f32>,
+        hypotheses: &Hypotheses<f32>,
+        odds: &[f32; HYPOTHESES],
+    ) {
+        interval.doubt(&mut self.covariance, hypotheses, odds);
     }
 
     /// What a measurement makes of the prediction over `interval` under all hypotheses, and its
@@ -130,10 +134,10 @@ impl Track {
         vectors: &Vectors<f32>,
         interval: &Interval<f32>,
         hypotheses: &Hypotheses<f32>,
+        odds: &[f32; HYPOTHESES],
     ) -> Option<(Mixture<f32>, [f32; 4])> {
-        let odds = hypotheses.odds(&self.memory.counts);
         let (mixture, whitened) =
-            interval.weigh(&self.state, &self.covariance, vectors, hypotheses, &odds);
+            interval.weigh(&self.state, &self.covariance, vectors, hypotheses, odds);
         mixture.corrected.checked().ok()?;
         Some((mixture, whitened))
     }

@@ -112,11 +112,12 @@ impl<'a> Recursive<'a> {
         let step = self.predict(&mut track, measurement.time_us)?;
         let vectors = Vectors::from(measurement);
         let hypotheses = &self.parameters.hypotheses;
+        let odds = hypotheses.odds(&track.memory.counts);
+        let weighed = track.weighed(&vectors, &step.interval, hypotheses, &odds);
         let mut nis = NIS_MAX;
-        if let Some((mixture, whitened)) = track.weighed(&vectors, &step.interval, hypotheses) {
+        if let Some((mixture, whitened)) = weighed {
             nis = mixture.corrected.nis;
-            let often_wrong = hypotheses.odds(&track.memory.counts)[OUTLIER] > OFTEN_WRONG as f32;
-            if nis < GATE_NIS as f32 || !often_wrong {
+            if nis < GATE_NIS as f32 || odds[OUTLIER] < OFTEN_WRONG as f32 {
                 let whitened = whitened.map(|y| y.clamp(-WHITENED_MAX, WHITENED_MAX));
                 track.memory.measured(whitened, &vectors);
             } else {
@@ -134,18 +135,18 @@ impl<'a> Recursive<'a> {
             }
         }
         track.memory.refused();
-        track.doubt(&step.interval, hypotheses);
+        track.doubt(&step.interval, hypotheses, &odds);
         if !track.settle() {
             return self.start(measurement, Mode::Restarted);
         }
         step.remember(&mut track, false);
         self.track = Some(track);
-        let mode = if self.is_suspected(measurement, 0.0) {
-            Mode::Restarted
+        if self.is_suspected(measurement, 0.0) {
+            // The measurement is the new track's own.
+            self.estimate(nis, Mode::Restarted, Doubt::NONE)
         } else {
-            Mode::Rejected
-        };
-        self.estimate(nis, mode, Doubt::OUTLIER)
+            self.estimate(nis, Mode::Rejected, Doubt::OUTLIER)
+        }
     }
 
     /// The estimate from a measurement that the track took in. One that is probably wrong hardly
@@ -155,21 +156,22 @@ impl<'a> Recursive<'a> {
         measurement: &Measurement,
         mixture: &Mixture<f32>,
     ) -> Result<Estimate, StepError> {
-        let doubt = mixture.doubt();
-        let mut mode = Mode::Tracking;
+        let (nis, doubt) = (mixture.corrected.nis, mixture.doubt());
         if doubt.outlier < SUSPECT {
             self.rejections = 0;
         } else if self.is_suspected(measurement, APART) {
-            mode = Mode::Restarted;
+            return self.estimate(nis, Mode::Restarted, Doubt::NONE);
         }
-        self.estimate(mixture.corrected.nis, mode, doubt)
+        self.estimate(nis, Mode::Tracking, doubt)
     }
 
     /// The estimate at `time_us` without a measurement.
     pub fn coast(&mut self, time_us: u64) -> Result<Estimate, StepError> {
         let mut track = self.track.ok_or(StepError::NotStarted)?;
         let step = self.predict(&mut track, time_us)?;
-        track.doubt(&step.interval, &self.parameters.hypotheses);
+        let hypotheses = &self.parameters.hypotheses;
+        let odds = hypotheses.odds(&track.memory.counts);
+        track.doubt(&step.interval, hypotheses, &odds);
         if !track.settle() {
             self.forget();
             return Err(StepError::Lost);
@@ -263,7 +265,8 @@ impl<'a> Recursive<'a> {
         }
         for part in 0..parts {
             if part > 0 {
-                track.doubt(&step.interval, &p.hypotheses);
+                let odds = p.hypotheses.odds(&track.memory.counts);
+                track.doubt(&step.interval, &p.hypotheses, &odds);
                 track.memory.missed();
                 step.remember(track, false);
             }
