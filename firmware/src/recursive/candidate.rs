@@ -125,25 +125,18 @@ mod tests {
     use super::*;
     use crate::measurement::Sensed;
 
-    const POPULATION: Population<f32> = Population {
-        range_m: 33.0,
-        range_sigma_m: 6.0,
-        elevation_rad: 0.5,
-        elevation_sigma_rad: 0.2,
-        horizontal_sigma_mps: 10.0,
-        vertical_sigma_mps: 10.0,
-        acceleration_sigma_mps2: 4.0,
-        horizontal_m: 29.0,
-        horizontal_sigma_m: 7.0,
-        height_m: 13.0,
-        height_sigma_m: 5.0,
-    };
-    const BASE: Base<f32> = Base {
-        decay_hz: 1.0,
-        jerk_noise: 3.0,
-        acceleration_noise: 0.03,
-        velocity_noise: 1e-4,
-    };
+    fn population() -> Population<f32> {
+        Population {
+            horizontal_sigma_mps: 10.0,
+            vertical_sigma_mps: 10.0,
+            acceleration_sigma_mps2: 4.0,
+            ..Population::PAPER.known()
+        }
+    }
+
+    fn base() -> Base<f32> {
+        Base::DRONE.known()
+    }
 
     fn seen(time_us: u64, range: f32, azimuth: f32) -> Measurement {
         let sensed = |value, sigma| Some(Sensed { value, sigma });
@@ -157,7 +150,7 @@ mod tests {
     }
 
     fn candidate() -> Candidate {
-        Candidate::start(&seen(0, 33.0, 0.5), &POPULATION).expect("a direction")
+        Candidate::start(&seen(0, 33.0, 0.5), &population()).expect("a direction")
     }
 
     fn candidate_start_velocity() -> [f32; 3] {
@@ -168,7 +161,7 @@ mod tests {
     fn three_that_agree_are_enough() {
         let mut candidate = candidate();
         let meet = |candidate: &mut Candidate, time_us| {
-            candidate.meet(&seen(time_us, 33.05, 0.5), &BASE, &POPULATION)
+            candidate.meet(&seen(time_us, 33.05, 0.5), &base(), &population())
         };
         assert_eq!(meet(&mut candidate, 100_000), Verdict::Wait);
         assert_eq!(meet(&mut candidate, 200_000), Verdict::Agreed);
@@ -185,13 +178,16 @@ mod tests {
         let mut candidate = candidate();
         let elsewhere = |time_us| seen(time_us, 50.0, -2.0);
         assert_eq!(
-            candidate.meet(&elsewhere(100_000), &BASE, &POPULATION),
+            candidate.meet(&elsewhere(100_000), &base(), &population()),
             Verdict::Wait
         );
         let there = seen(200_000, 33.0, 0.5);
-        assert_eq!(candidate.meet(&there, &BASE, &POPULATION), Verdict::Wait);
+        assert_eq!(
+            candidate.meet(&there, &base(), &population()),
+            Verdict::Wait
+        );
         for (time_us, verdict) in [(300_000, Verdict::Wait), (400_000, Verdict::Over)] {
-            let met = candidate.meet(&elsewhere(time_us), &BASE, &POPULATION);
+            let met = candidate.meet(&elsewhere(time_us), &base(), &population());
             assert_eq!(met, verdict);
         }
     }
@@ -200,20 +196,20 @@ mod tests {
     fn what_is_old_or_unsure_agrees_with_nothing() {
         let there = |time_us| seen(time_us, 33.0, 0.5);
         assert_eq!(
-            candidate().meet(&there(5_100_000), &BASE, &POPULATION),
+            candidate().meet(&there(5_100_000), &base(), &population()),
             Verdict::Over
         );
         // Two seconds at 10 m/s a component leave 35 m, more than twice 6 m.
         assert_eq!(
-            candidate().meet(&there(2_000_000), &BASE, &POPULATION),
+            candidate().meet(&there(2_000_000), &base(), &population()),
             Verdict::Over
         );
         let wide = Population {
             range_sigma_m: 600.0,
-            ..POPULATION
+            ..population()
         };
         assert_eq!(
-            candidate().meet(&there(2_000_000), &BASE, &wide),
+            candidate().meet(&there(2_000_000), &base(), &wide),
             Verdict::Wait
         );
     }
@@ -226,7 +222,7 @@ mod tests {
             .enumerate()
         {
             let there = seen(100_000 * (step as u64 + 1), 33.0, 0.5);
-            assert_eq!(old.meet(&there, &BASE, &POPULATION), verdict);
+            assert_eq!(old.meet(&there, &base(), &population()), verdict);
         }
         assert_eq!(old.track().used, 4);
     }

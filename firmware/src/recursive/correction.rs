@@ -1,11 +1,6 @@
-//! The correction of a predicted state with a measurement, under one hypothesis or all, and the gate
-//! before it.
+//! The correction of a predicted state with a measurement, and the gate before it.
 
 use super::curvature::curvature;
-use super::densities::Densities;
-use super::hypotheses::{HYPOTHESES, Hypotheses, Mixture, NOMINAL, OUTLIER};
-use super::motion::add_noise;
-use super::sight::LineOfSight;
 use super::state::{Covariance, State};
 use crate::ekf::{Corrected, correct_polar};
 use crate::measurement::Vectors;
@@ -31,58 +26,6 @@ pub fn correct<S: Scalar>(
     let variances =
         core::array::from_fn(|i| vectors.sigmas[i] * vectors.sigmas[i] * scale[i] + curvature[i]);
     correct_polar(state, covariance, vectors, &variances)
-}
-
-/// What a correction needs to know of the prediction before it.
-#[derive(Clone, Copy, Debug)]
-pub struct Interval<S> {
-    /// The line of sight that the noise runs along.
-    pub sight: LineOfSight<S>,
-    /// The network's process noise.
-    pub noise: Densities<S>,
-    /// What the sensor's stated variances are multiplied with: angles, range, range-rate.
-    pub sensor_scale: [S; 3],
-    /// Length, s.
-    pub dt_s: S,
-}
-
-impl<S: Scalar> Interval<S> {
-    /// Adds what is expected beyond the network's noise, for a step without a measurement.
-    pub fn doubt(
-        &self,
-        covariance: &mut Covariance<S>,
-        hypotheses: &Hypotheses<S>,
-        odds: &[S; HYPOTHESES],
-    ) {
-        let extra = hypotheses.expected(odds, &self.noise);
-        add_noise(covariance, &self.sight, &extra, self.dt_s);
-    }
-
-    /// Corrects a predicted state under every hypothesis and merges what comes of it. Also returns
-    /// the innovations whitened as the network expects them. Nothing is checked.
-    pub fn weigh(
-        &self,
-        state: &State<S>,
-        covariance: &Covariance<S>,
-        vectors: &Vectors<S>,
-        hypotheses: &Hypotheses<S>,
-        odds: &[S; HYPOTHESES],
-    ) -> (Mixture<S>, [S; 4]) {
-        let (nominal, whitened) = correct(state, covariance, vectors, self.sensor_scale);
-        let mut mixture = Mixture::of(NOMINAL, odds[NOMINAL], nominal);
-        for (number, manoeuvre) in (NOMINAL + 1..).zip(&hypotheses.manoeuvres) {
-            let mut wider = *covariance;
-            let extra = manoeuvre.extra(&self.noise);
-            add_noise(&mut wider, &self.sight, &extra, self.dt_s);
-            let (corrected, _) = correct(state, &wider, vectors, self.sensor_scale);
-            mixture.join(number, odds[number], &corrected);
-        }
-        let blunt = |scale| scale * hypotheses.outlier_variance;
-        let scale = self.sensor_scale.map(blunt);
-        let (corrected, _) = correct(state, covariance, vectors, scale);
-        mixture.join(OUTLIER, odds[OUTLIER], &corrected);
-        (mixture, whitened)
-    }
 }
 
 #[cfg(test)]
@@ -127,63 +70,6 @@ mod tests {
             assert!((got.covariance[i][i] - plain.covariance[i][i]).abs() < 1e-12);
         }
         assert!(curvature.iter().all(|c| *c > 0.0));
-    }
-
-    /// Every hypothesis by itself: its own process noise, the outlier's own sensor.
-    #[test]
-    fn weighing_corrects_under_every_hypothesis() {
-        let interval = Interval {
-            sight: LineOfSight::to([STATE[0], STATE[1], STATE[2]]),
-            noise: Densities {
-                jerk: [1.0, 2.0, 3.0],
-                acceleration: [0.1, 0.2, 0.3],
-                velocity: 0.01,
-            },
-            sensor_scale: [1.5, 0.5, 3.0],
-            dt_s: 0.2,
-        };
-        let hypotheses = Hypotheses::DRONE;
-        let mut measured = expected();
-        measured[2] += 5.0;
-        let vectors = Vectors::whole(measured, [0.05, 0.04, 2.0, 0.3]);
-        let odds = [0.4, 0.3, 0.2, 0.1];
-        let (got, whitened) = interval.weigh(&STATE, &covariance(), &vectors, &hypotheses, &odds);
-        let widened = |k: usize| {
-            let mut wider = covariance();
-            if let Some(manoeuvre) = hypotheses.manoeuvres.get(k.wrapping_sub(1)) {
-                let noise = interval.noise.scaled(
-                    manoeuvre.jerk - 1.0,
-                    manoeuvre.acceleration - 1.0,
-                    manoeuvre.velocity - 1.0,
-                );
-                add_noise(&mut wider, &interval.sight, &noise, 0.2);
-            }
-            wider
-        };
-        let outlier = [1.5, 0.5, 3.0].map(|scale| scale * hypotheses.outlier_variance);
-        let scales = [[1.5, 0.5, 3.0], [1.5, 0.5, 3.0], [1.5, 0.5, 3.0], outlier];
-        let parts: [_; HYPOTHESES] =
-            core::array::from_fn(|k| correct(&STATE, &widened(k), &vectors, scales[k]));
-        let raw: [f64; HYPOTHESES] =
-            core::array::from_fn(|k| odds[k] * (-0.5 * parts[k].0.nis - parts[k].0.ln_root).exp());
-        let total: f64 = raw.iter().sum();
-        assert_eq!(whitened, parts[NOMINAL].1);
-        for k in 0..HYPOTHESES {
-            assert!((got.shares[k] - raw[k] / total).abs() < 1e-12, "{k}");
-            assert!(got.shares[k] > 1e-6, "{k}: each counts");
-        }
-        for i in 0..9 {
-            let mean: f64 = (0..HYPOTHESES)
-                .map(|k| got.shares[k] * parts[k].0.state[i])
-                .sum();
-            assert!((got.corrected.state[i] - mean).abs() < 1e-9, "{i}");
-        }
-        // A gap expects the mean of all.
-        let mut doubted = covariance();
-        interval.doubt(&mut doubted, &hypotheses, &odds);
-        let spread = odds[1] * (widened(1)[0][0] - covariance()[0][0])
-            + odds[2] * (widened(2)[0][0] - covariance()[0][0]);
-        assert!((doubted[0][0] - covariance()[0][0] - spread).abs() < 1e-12);
     }
 
     #[test]

@@ -1,9 +1,11 @@
 //! The filter's state at one time, and what it means to be sound.
 
-use super::correction::{Interval, correct};
+use super::correction::correct;
 use super::factor::Factor;
-use super::hypotheses::{HYPOTHESES, Hypotheses, Mixture};
+use super::hypotheses::{HYPOTHESES, Hypotheses};
+use super::interval::Interval;
 use super::memory::Memory;
+use super::mixture::Mixture;
 use super::motion::predict;
 use super::population::{Base, Population};
 use super::schedule::Schedule;
@@ -207,25 +209,13 @@ mod tests {
     use super::*;
     use crate::measurement::Sensed;
 
-    const POPULATION: Population<f32> = Population {
-        range_m: 33.0,
-        range_sigma_m: 6.0,
-        elevation_rad: 0.5,
-        elevation_sigma_rad: 0.2,
-        horizontal_sigma_mps: 1.6,
-        vertical_sigma_mps: 0.5,
-        acceleration_sigma_mps2: 2.0,
-        horizontal_m: 29.0,
-        horizontal_sigma_m: 7.0,
-        height_m: 13.0,
-        height_sigma_m: 5.0,
-    };
-    const BASE: Base<f32> = Base {
-        decay_hz: 1.0,
-        jerk_noise: 3.0,
-        acceleration_noise: 0.03,
-        velocity_noise: 1e-4,
-    };
+    fn population() -> Population<f32> {
+        Population::PAPER.known()
+    }
+
+    fn base() -> Base<f32> {
+        Base::DRONE.known()
+    }
 
     fn sensed(value: f32, sigma: f32) -> Option<Sensed> {
         Some(Sensed { value, sigma })
@@ -242,7 +232,7 @@ mod tests {
     }
 
     fn track() -> Track {
-        Track::start(&first(), &POPULATION).expect("a track")
+        Track::start(&first(), &population()).expect("a track")
     }
 
     #[test]
@@ -250,7 +240,7 @@ mod tests {
         let started = |change: fn(&mut Measurement)| {
             let mut measurement = first();
             change(&mut measurement);
-            Track::start(&measurement, &POPULATION).map(|track| track.used)
+            Track::start(&measurement, &population()).map(|track| track.used)
         };
         assert_eq!(started(|_| ()), Ok(1));
         assert_eq!(
@@ -272,12 +262,12 @@ mod tests {
             measurement.range_rate,
             measurement.elevation,
         ) = (None, None, None);
-        let track = Track::start(&measurement, &POPULATION).expect("a track");
+        let track = Track::start(&measurement, &population()).expect("a track");
         for (got, sigma) in track
             .memory
             .ln_sigmas
             .into_iter()
-            .zip([0.2, 0.006, 6.0, 1.6])
+            .zip([0.21, 0.006, 6.0, 1.6])
         {
             assert!((got - f32::ln(sigma)).abs() < 1e-6);
         }
@@ -321,7 +311,7 @@ mod tests {
     #[test]
     fn a_drift_moves_and_doubts() {
         let mut moved = track();
-        moved.drift(500_007, &BASE);
+        moved.drift(500_007, &base());
         let before = track();
         assert_eq!(moved.time_us, 500_007);
         for axis in 0..3 {
@@ -331,7 +321,7 @@ mod tests {
         }
         assert!(moved.position_variance() > before.position_variance());
         let mut still = track();
-        still.drift(7, &BASE);
+        still.drift(7, &base());
         assert_eq!(
             (still.state, still.covariance),
             (before.state, before.covariance)

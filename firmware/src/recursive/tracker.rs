@@ -1,12 +1,14 @@
 //! The filter around the network: start, predict, gate, correct, agree, settle.
 
 use super::candidate::{AGREEING, Candidate, Verdict};
-use super::correction::{GATE_NIS, Interval};
+use super::correction::GATE_NIS;
 use super::envelope::Envelope;
 use super::factor::Factor;
 use super::features::{FEATURE_LIMIT, FEATURES, features};
-use super::hypotheses::{Mixture, OFTEN_WRONG, OUTLIER};
+use super::hypotheses::{OFTEN_WRONG, OUTLIER};
+use super::interval::Interval;
 use super::memory::NOTES;
+use super::mixture::Mixture;
 use super::parameters::Parameters;
 use super::population::Population;
 use super::schedule::{JERK_OUTPUT, JERK_SCALE, NOTE_OUTPUT, OUTPUTS, SCHEDULE, Schedule};
@@ -113,9 +115,11 @@ impl<'a> Recursive<'a> {
         let vectors = Vectors::from(measurement);
         let hypotheses = &self.parameters.hypotheses;
         let odds = hypotheses.odds(&track.memory.counts);
-        let weighed = track.weighed(&vectors, &step.interval, hypotheses, &odds);
         let mut nis = NIS_MAX;
-        if let Some((mixture, whitened)) = weighed {
+        // Not named before: a second mixture would lie on the stack.
+        if let Some((mixture, whitened)) =
+            track.weighed(&vectors, &step.interval, hypotheses, &odds)
+        {
             nis = mixture.corrected.nis;
             if nis < GATE_NIS as f32 || odds[OUTLIER] < OFTEN_WRONG as f32 {
                 let whitened = whitened.map(|y| y.clamp(-WHITENED_MAX, WHITENED_MAX));

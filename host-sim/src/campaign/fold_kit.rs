@@ -18,7 +18,7 @@ use bnkf_model_export::seed;
 
 use super::work_folder::{WorkFolder, WorkFolderError};
 use crate::baseline::tuning::{FLIGHTS_MAX, spread};
-use crate::contest::model::{Model, ModelError, UntunableError};
+use crate::contest::model::{Model, ModelError, ToTuneError};
 use crate::contest::tuned_on::TunedOn;
 use crate::contest::tunings::{Tunings, TuningsError};
 use crate::method::Method;
@@ -82,7 +82,7 @@ pub enum FoldKitError {
     Model(#[from] ModelError),
     /// The shipped recursive model cannot be tuned.
     #[error("tuning: {0}")]
-    Untunable(#[from] UntunableError),
+    Untunable(#[from] ToTuneError),
     /// There is no recursive model to tune.
     #[error("tuning: no recursive model")]
     NoRecursive,

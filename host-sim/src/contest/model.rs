@@ -4,12 +4,13 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use bnkf::blob::{Blob, BlobError, Kind};
-use bnkf_model_export::blob::unrounded::{self, UnroundedError};
+use bnkf_model_export::blob::unrounded;
 use bnkf_model_export::cmd::blob_file::BLOB_BYTES_MAX;
 use bnkf_model_export::flights::data_hash;
 use bnkf_model_export::flights::volume::Volume;
 use bnkf_model_export::recursive::model::RecursiveModel;
 use bnkf_model_export::recursive::scenario::Scenario;
+use bnkf_model_export::recursive::tunable::{UntunableError, tunable};
 use bnkf_model_export::regular_file::{self, ReadFileError};
 
 /// A blob that was checked.
@@ -30,21 +31,18 @@ enum Unrounded {
 
 /// Why a model cannot be tuned.
 #[derive(Debug, thiserror::Error)]
-pub enum UntunableError {
+pub enum ToTuneError {
     /// The unrounded weights cannot be read.
     #[error(transparent)]
     Read(#[from] ReadFileError),
-    /// They are not this blob's.
+    /// They do not belong to it, or it is of another kind.
     #[error("{name}: {cause}")]
-    Unrounded {
+    Untunable {
         /// The blob.
         name: String,
         /// What is wrong.
-        cause: UnroundedError,
+        cause: UntunableError,
     },
-    /// Another kind, shape, or no scenario's bounds.
-    #[error("{0}: only a recursive model of a built-in scenario can be tuned")]
-    OtherKind(String),
 }
 
 /// Why a blob file cannot be used.
@@ -90,25 +88,16 @@ impl Model {
     /// The model with its unrounded weights, and the scenario that it was trained for.
     ///
     /// # Errors
-    /// See [`UntunableError`].
-    pub fn to_tune(&self) -> Result<(RecursiveModel, Scenario), UntunableError> {
-        let bytes = match &self.unrounded {
+    /// See [`ToTuneError`].
+    pub fn to_tune(&self) -> Result<(RecursiveModel, Scenario), ToTuneError> {
+        let unrounded = match &self.unrounded {
             Unrounded::Embedded(bytes) => Cow::Borrowed(*bytes),
             Unrounded::Beside(path) => regular_file::read(path, unrounded::BYTES_MAX)?.into(),
         };
-        let unusable = |cause| UntunableError::Unrounded {
+        tunable(&self.bytes, &unrounded).map_err(|cause| ToTuneError::Untunable {
             name: self.source.clone(),
             cause,
-        };
-        let networks = unrounded::parse(&bytes, &self.bytes).map_err(unusable)?;
-        let blob = self.blob();
-        unrounded::check_shape(&networks, &blob).map_err(unusable)?;
-        networks
-            .first()
-            .and_then(|weights| RecursiveModel::of_blob(&blob, weights))
-            .and_then(|model| Some((Scenario::of(&model.parameters.bounds)?, model)))
-            .map(|(scenario, model)| (model, scenario))
-            .ok_or_else(|| UntunableError::OtherKind(self.source.clone()))
+        })
     }
 
     fn checked(

@@ -5,7 +5,7 @@ use super::flight_source::{FlightSource, FlightSourceError};
 use super::train_memoryless::{self, MemorylessArgs};
 use super::train_recursive::{self, RecursiveArgs};
 use crate::atomic_file::{self, AtomicWriteError};
-use crate::blob::unrounded::{self, UnroundedError};
+use crate::blob::unrounded;
 use crate::flights::held_out::HeldOutError;
 use crate::interrupt::Interrupt;
 use crate::memoryless::checkpoint::CheckpointError;
@@ -14,6 +14,7 @@ use crate::memoryless::provenance;
 use crate::memoryless::training::DivergedError;
 use crate::memoryless::training_settings::{TrainingSettings, TrainingSettingsError};
 use crate::recursive::training::{ResumeError, TrainingError};
+use crate::recursive::tunable::UntunableError;
 use crate::regular_file::{self, ReadFileError};
 use bnkf::TrackerError;
 use bnkf::blob::BlobError;
@@ -138,21 +139,15 @@ pub enum TrainError {
     /// The model to tune is no usable blob.
     #[error(transparent)]
     Model(#[from] BlobFileError),
-    /// The unrounded weights beside the model to tune.
+    /// The model to tune cannot be.
     #[error("{}: {cause}", path.display())]
-    Unrounded {
-        /// The file.
+    Untunable {
+        /// The blob.
         path: PathBuf,
         /// What is wrong.
         #[source]
-        cause: UnroundedError,
+        cause: UntunableError,
     },
-    /// The model to tune is of another kind.
-    #[error("{}: only a recursive model as this version trains it can be tuned", .0.display())]
-    NotRecursive(PathBuf),
-    /// The model to tune has bounds of its own.
-    #[error("{}: its bounds are those of no scenario, so there are no built-in flights to rehearse", .0.display())]
-    NoScenario(PathBuf),
     /// No flight is long enough.
     #[error("no flight lasts {0} s, which is the least to learn from")]
     TooShort(f64),

@@ -7,13 +7,11 @@ use super::train_recursive::{built_in, complete, write};
 use crate::blob::unrounded;
 use crate::flights::data_hash;
 use crate::interrupt::Interrupt;
-use crate::recursive::model::RecursiveModel;
 use crate::recursive::recipe::Recipe;
-use crate::recursive::scenario::Scenario;
 use crate::recursive::training::Training;
+use crate::recursive::tunable::tunable;
 use crate::recursive::tuning::{DURATION_MIN_S, EPISODES, Hold, Tuning, usable};
 use crate::regular_file;
-use bnkf::blob::Blob;
 use std::path::PathBuf;
 
 /// Goes on training a recursive model on your own flights, a few of which are enough.
@@ -65,21 +63,11 @@ fn share(text: &str) -> Result<f64, String> {
 pub fn run(args: &Args) -> Result<Outcome, TrainError> {
     check_paths(&args.out, args.resume)?;
     let bytes = blob_file::read(&args.model)?;
-    let path = unrounded::path_beside(&args.model);
-    let unusable = |cause| TrainError::Unrounded {
-        path: path.clone(),
+    let beside = regular_file::read(&unrounded::path_beside(&args.model), unrounded::BYTES_MAX)?;
+    let (model, scenario) = tunable(&bytes, &beside).map_err(|cause| TrainError::Untunable {
+        path: args.model.clone(),
         cause,
-    };
-    let beside = regular_file::read(&path, unrounded::BYTES_MAX)?;
-    let networks = unrounded::parse(&beside, &bytes).map_err(unusable)?;
-    let blob = Blob::parse(&bytes)?;
-    unrounded::check_shape(&networks, &blob).map_err(unusable)?;
-    let model = networks
-        .first()
-        .and_then(|weights| RecursiveModel::of_blob(&blob, weights))
-        .ok_or_else(|| TrainError::NotRecursive(args.model.clone()))?;
-    let scenario = Scenario::of(&model.parameters.bounds)
-        .ok_or_else(|| TrainError::NoScenario(args.model.clone()))?;
+    })?;
     let mut named = args.source.load(args.seed)?;
     named.flights = usable(named.flights);
     if named.flights.is_empty() {

@@ -1,6 +1,7 @@
 //! Everything that decides what a training run makes.
 
-use super::augmentation::{Augmentation, Elsewhere};
+use super::augmentation::Augmentation;
+use super::elsewhere::Elsewhere;
 use super::encounter::Encounter;
 use super::network::sampling::Sampling;
 use super::sensor::{Family, Sensor};

@@ -1,0 +1,137 @@
+//! Corrections under several hypotheses, merged by their moments.
+
+use super::hypotheses::{HYPOTHESES, NOMINAL, OUTLIER};
+use crate::ekf::Corrected;
+use crate::estimate::Doubt;
+use crate::scalar::Scalar;
+
+/// Difference of log-likelihoods beyond which two hypotheses differ no more.
+const LN_ODDS_MAX: f64 = 60.0;
+
+/// Corrections under several hypotheses, merged.
+#[derive(Clone, Copy, Debug)]
+pub struct Mixture<S> {
+    /// Mean and covariance of all, and the mean of their NIS, which the gate asks.
+    pub corrected: Corrected<S, 9>,
+    /// Posterior probability of each hypothesis.
+    pub shares: [S; HYPOTHESES],
+    /// Log-likelihood of the measurement under those so far, up to a constant of the sensor.
+    ln_likelihood: S,
+}
+
+impl<S: Scalar> Mixture<S> {
+    /// One hypothesis alone.
+    pub fn of(number: usize, odds: S, corrected: Corrected<S, 9>) -> Self {
+        let mut shares = [S::constant(0.0); HYPOTHESES];
+        shares[number] = S::constant(1.0);
+        Self {
+            ln_likelihood: ln_likelihood(odds, &corrected),
+            corrected,
+            shares,
+        }
+    }
+
+    /// Joins another hypothesis. Merging by moments does not depend on the order.
+    pub fn join(&mut self, number: usize, odds: S, other: &Corrected<S, 9>) {
+        let one = S::constant(1.0);
+        let apart = ln_likelihood(odds, other) - self.ln_likelihood;
+        let apart = apart.clamp(-LN_ODDS_MAX, LN_ODDS_MAX);
+        let share = one / (one + (-apart).exp());
+        let left = one - share;
+        self.ln_likelihood = self.ln_likelihood + apart.softplus();
+        for kept in &mut self.shares {
+            *kept = *kept * left;
+        }
+        self.shares[number] = share;
+        let own = &mut self.corrected;
+        own.nis = own.nis + share * (other.nis - own.nis);
+        let away: [S; 9] = core::array::from_fn(|i| other.state[i] - own.state[i]);
+        let spread = away.map(|away| left * share * away);
+        for i in 0..9 {
+            own.state[i] = own.state[i] + share * away[i];
+            for j in 0..=i {
+                let between = share * (other.covariance[i][j] - own.covariance[i][j]);
+                let value = own.covariance[i][j] + between + spread[i] * away[j];
+                own.covariance[i][j] = value;
+                own.covariance[j][i] = value;
+            }
+        }
+    }
+}
+
+impl Mixture<f32> {
+    /// What an estimate says of the hypotheses.
+    pub fn doubt(&self) -> Doubt {
+        Doubt {
+            manoeuvre: self.shares[NOMINAL + 1..OUTLIER].iter().sum(),
+            outlier: self.shares[OUTLIER],
+        }
+    }
+}
+
+fn ln_likelihood<S: Scalar>(odds: S, corrected: &Corrected<S, 9>) -> S {
+    odds.ln() - S::constant(0.5) * corrected.nis - corrected.ln_root
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recursive::state::tests::covariance;
+
+    fn corrected(seed: u64) -> Corrected<f64, 9> {
+        let wave = |i: usize| (seed as f64 + 1.3 * i as f64).sin();
+        Corrected {
+            state: core::array::from_fn(wave),
+            covariance: covariance(3 + seed),
+            nis: 3.0 + 2.0 * seed as f64,
+            ln_root: 0.4 * seed as f64,
+        }
+    }
+
+    /// The definition: weights by likelihood, mean, covariance within and between.
+    #[test]
+    fn the_merged_moments_are_those_of_the_mixture() {
+        let odds = [0.5, 0.3, 0.15, 0.05];
+        let parts: [_; HYPOTHESES] = core::array::from_fn(|k| corrected(k as u64));
+        let mut mixture = Mixture::of(0, odds[0], parts[0]);
+        for k in 1..HYPOTHESES {
+            mixture.join(k, odds[k], &parts[k]);
+        }
+        let raw: [f64; HYPOTHESES] =
+            core::array::from_fn(|k| odds[k] * (-0.5 * parts[k].nis - parts[k].ln_root).exp());
+        let total: f64 = raw.iter().sum();
+        let share = raw.map(|w| w / total);
+        for k in 0..HYPOTHESES {
+            assert!((mixture.shares[k] - share[k]).abs() < 1e-12);
+        }
+        assert!((mixture.ln_likelihood - total.ln()).abs() < 1e-12);
+        let mean: [f64; 9] =
+            core::array::from_fn(|i| (0..HYPOTHESES).map(|k| share[k] * parts[k].state[i]).sum());
+        for i in 0..9 {
+            assert!((mixture.corrected.state[i] - mean[i]).abs() < 1e-12);
+            for j in 0..9 {
+                let expected: f64 = (0..HYPOTHESES)
+                    .map(|k| {
+                        let away = |i: usize| parts[k].state[i] - mean[i];
+                        share[k] * (parts[k].covariance[i][j] + away(i) * away(j))
+                    })
+                    .sum();
+                assert!((mixture.corrected.covariance[i][j] - expected).abs() < 1e-12);
+            }
+        }
+        let nis: f64 = (0..HYPOTHESES).map(|k| share[k] * parts[k].nis).sum();
+        assert!((mixture.corrected.nis - nis).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_impossible_hypothesis_counts_for_nothing() {
+        let mut impossible = corrected(1);
+        impossible.nis = 1e8;
+        let mut mixture = Mixture::of(0, 0.99, corrected(0));
+        mixture.join(1, 0.01, &impossible);
+        assert!(mixture.shares[1] < 1e-25);
+        for i in 0..9 {
+            assert!((mixture.corrected.state[i] - corrected(0).state[i]).abs() < 1e-20);
+        }
+    }
+}
