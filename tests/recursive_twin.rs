@@ -32,28 +32,32 @@ struct Twin<'a> {
 impl Twin<'_> {
     /// The f64 step, fed with the same f32 measurement and the same integer network.
     fn step(&mut self, measurement: Option<&Measurement>, dt_s: f64) -> Carry<f64> {
-        let polar = measurement.map(|m| {
-            let vectors = Vectors::from(m);
-            let (values, sigmas) = (vectors.measured, vectors.sigmas);
-            (values.map(f64::from), sigmas.map(f64::from))
+        let vectors = measurement.map(|m| {
+            let Vectors {
+                measured,
+                sigmas,
+                present,
+            } = Vectors::from(m);
+            Vectors {
+                measured: measured.map(f64::from),
+                sigmas: sigmas.map(f64::from),
+                present: present.map(f64::from),
+            }
         });
-        let next = match (&self.carry, polar) {
-            (None, Some((values, sigmas))) => Carry::start(values, sigmas, &Population::PAPER),
+        let next = match (&self.carry, vectors) {
+            (None, Some(vectors)) => Carry::start(&vectors, &Population::PAPER),
             (None, None) => panic!("flights start with a measurement"),
-            (Some(carry), polar) => {
+            (Some(carry), vectors) => {
                 let mut normalisation = Normalisation::IDENTITY;
                 normalisation.gain.fill(0.25);
                 let inputs = normalisation.apply(&features_of(carry, dt_s));
                 let mut outputs = [0.0; OUTPUTS];
                 self.network
                     .mean_pass(&inputs.map(|x| x as f32), &mut outputs);
-                let (measurement, sigmas) = polar.unwrap_or(([0.0; 4], [1.0; 4]));
-                let measured = f64::from(u8::from(polar.is_some()));
                 let arrival = Arrival {
                     dt_s,
-                    measured,
-                    measurement,
-                    sigmas,
+                    measured: f64::from(u8::from(vectors.is_some())),
+                    vectors: vectors.unwrap_or(Vectors::whole([0.0; 4], [1.0; 4])),
                 };
                 {
                     let outputs = outputs.map(f64::from);

@@ -88,6 +88,9 @@ pub enum FilterError {
     /// A covariance has no Cholesky factor.
     #[error("a covariance is not positive definite")]
     NotPositiveDefinite,
+    /// A reading lacks what the method cannot do without.
+    #[error("{0} was not measured")]
+    Missing(bnkf::measurement::Channel),
     /// The firmware's tracker refused.
     #[error("{0}")]
     Tracker(bnkf::StepError),

@@ -48,11 +48,34 @@ pub struct Scenario {
     pub sha256: String,
 }
 
-/// The scenarios that are part of the program: name and text.
-pub const BUILT_IN: [(&str, &str); 3] = [
+/// The scenarios that are part of the program and like no other: name and text.
+const WHOLE: [(&str, &str); 3] = [
     ("paper", include_str!("../scenarios/paper.toml")),
     ("counter-uas", include_str!("../scenarios/counter-uas.toml")),
     ("agile", include_str!("../scenarios/agile.toml")),
+];
+
+/// All scenarios that are part of the program: name and text.
+pub const BUILT_IN: [(&str, &str); 16] = [
+    WHOLE[0],
+    WHOLE[1],
+    WHOLE[2],
+    ("no-doppler", include_str!("../scenarios/no-doppler.toml")),
+    (
+        "no-elevation",
+        include_str!("../scenarios/no-elevation.toml"),
+    ),
+    ("angles-only", include_str!("../scenarios/angles-only.toml")),
+    ("quantised", include_str!("../scenarios/quantised.toml")),
+    ("student-t", include_str!("../scenarios/student-t.toml")),
+    ("glint", include_str!("../scenarios/glint.toml")),
+    ("bias", include_str!("../scenarios/bias.toml")),
+    ("ranged", include_str!("../scenarios/ranged.toml")),
+    ("outliers", include_str!("../scenarios/outliers.toml")),
+    ("darts", include_str!("../scenarios/darts.toml")),
+    ("bursts", include_str!("../scenarios/bursts.toml")),
+    ("falls", include_str!("../scenarios/falls.toml")),
+    ("fast", include_str!("../scenarios/fast.toml")),
 ];
 
 /// Longest scenario file, bytes.
@@ -113,6 +136,7 @@ mod tests {
     use std::path::Path;
 
     use bnkf_model_export::flights::volume::Volume;
+    use bnkf_model_export::radar::errors::Errors;
     use bnkf_model_export::radar::gaps::SamplingRate;
     use bnkf_model_export::radar::noise::{
         COUNTER_UAS_ANGLES_DEG, NoiseLevel, NoiseSigmas, NoiseTable,
@@ -122,7 +146,7 @@ mod tests {
     };
 
     use super::kind::Kind;
-    use super::{BUILT_IN, FILE_BYTES_MAX, Scenario};
+    use super::{BUILT_IN, FILE_BYTES_MAX, Scenario, WHOLE};
     use crate::scenario::radar::{Pattern, Radar};
 
     #[test]
@@ -138,6 +162,93 @@ mod tests {
                 assert_eq!(scenario.radar.sigmas(table, level), level.sigmas(table));
             }
         }
+    }
+
+    /// Variations change the radar as they say and nothing else.
+    #[test]
+    fn variations_are_the_papers_but_for_one_thing() {
+        let paper = Scenario::find(Path::new("paper")).unwrap();
+        for (name, _) in &BUILT_IN[WHOLE.len()..] {
+            let varied = Scenario::find(Path::new(name)).unwrap();
+            assert_eq!(varied.name, *name);
+            assert_ne!(varied.sha256, paper.sha256);
+            assert_eq!(varied.radar.tables, [NoiseTable::Radians]);
+            let changes = [
+                varied.radar.errors != Errors::Gaussian,
+                !varied.radar.missing.is_empty(),
+                varied.kind != paper.kind,
+                varied.speed_scale != paper.speed_scale,
+            ];
+            assert_eq!(
+                changes.iter().filter(|changed| **changed).count(),
+                1,
+                "{name}"
+            );
+            let same = Scenario {
+                name: paper.name.clone(),
+                summary: paper.summary.clone(),
+                sha256: paper.sha256.clone(),
+                radar: paper.radar.clone(),
+                kind: paper.kind,
+                speed_scale: paper.speed_scale,
+                ..varied
+            };
+            assert_eq!(same, paper);
+        }
+    }
+
+    #[test]
+    fn variations_that_make_no_sense_are_named_with_their_line() {
+        let text = "name = \"mine\"\nsummary = \"s\"\nlike = \"paper\"\n[radar]\n";
+        let cases = [
+            (
+                "missing = [\"range\", \"range\"]",
+                "`missing` has a value twice",
+            ),
+            ("missing = []", "`missing` is empty"),
+            ("missing = [\"azimuth\"]", "without which no track starts"),
+            ("missing = [\"doppler\"]", "unknown variant `doppler`"),
+            ("errors = { kind = \"cauchy\" }", "unknown variant `cauchy`"),
+            (
+                "errors = { kind = \"student-t\", degrees = 2.0 }",
+                "`degrees` = 2 is not between",
+            ),
+            (
+                "errors = { kind = \"glint\", share = 1.5, factor = 2.0 }",
+                "`share` = 1.5",
+            ),
+            (
+                "errors = { kind = \"glint\", share = 0.5, factor = 0.0 }",
+                "`factor` = 0",
+            ),
+            (
+                "errors = { kind = \"bias\", part = 2.0, time_s = 2.0 }",
+                "`part` = 2",
+            ),
+            (
+                "errors = { kind = \"bias\", part = 0.2, time_s = nan }",
+                "`time_s` = NaN",
+            ),
+            (
+                "errors = { kind = \"ranged\", reference_m = 0.0 }",
+                "`reference_m` = 0",
+            ),
+            ("rates = [1.0]", "unknown field `rates`"),
+        ];
+        for (line, message) in cases {
+            let error = Scenario::parse(&format!("{text}{line}"), "mine.toml").unwrap_err();
+            let error = error.to_string();
+            assert!(error.starts_with("mine.toml:5: "), "{error}");
+            assert!(error.contains(message), "{line}: {error}");
+        }
+        let unlike = text.replace("paper", "glint");
+        let error = Scenario::parse(&unlike, "mine.toml")
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.starts_with("mine.toml:3: `like` = \"glint\" is none of"),
+            "{error}"
+        );
     }
 
     /// Only the flights differ, so that results compare.
@@ -429,7 +540,10 @@ mod tests {
         let error = Scenario::find(Path::new("/dev/zero")).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "/dev/zero: a character device, not a regular file (built in: paper, counter-uas, agile)"
+            format!(
+                "/dev/zero: a character device, not a regular file (built in: {})",
+                BUILT_IN.map(|(known, _)| known).join(", ")
+            )
         );
         let file = tempfile::NamedTempFile::new().unwrap();
         file.as_file().set_len(FILE_BYTES_MAX + 1).unwrap();

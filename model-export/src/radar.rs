@@ -1,5 +1,6 @@
-//! What the radar reports of a flight: noise, gaps, polar coordinates.
+//! What the radar reports of a flight: noise, kinds of errors, gaps, polar coordinates.
 
+pub mod errors;
 pub mod gaps;
 pub mod noise;
 pub mod polar;

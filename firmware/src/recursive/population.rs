@@ -1,5 +1,6 @@
 //! What a recursive blob says about targets before anything is measured, and its base model.
 
+use crate::measurement::Vectors;
 use crate::scalar::Scalar;
 
 /// Where and how fast targets are before any measurement.
@@ -77,6 +78,23 @@ impl Population<f64> {
     }
 }
 
+impl<S: Scalar> Population<S> {
+    /// Standard deviations of a measurement (elevation, azimuth, range, range-rate): a sensor without
+    /// a channel is as blunt there as the population is.
+    pub fn sigmas_of(&self, vectors: &Vectors<S>) -> [S; 4] {
+        let blunt = [
+            self.elevation_sigma_rad,
+            vectors.sigmas[1],
+            self.range_sigma_m,
+            self.horizontal_sigma_mps,
+        ];
+        core::array::from_fn(|i| {
+            let present = vectors.present[i];
+            present * vectors.sigmas[i] + (S::constant(1.0) - present) * blunt[i]
+        })
+    }
+}
+
 impl Base<f64> {
     /// A drone of a few metres a second in the paper's volume.
     pub const DRONE: Self = Self {
@@ -100,6 +118,15 @@ impl Base<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_not_measured_is_as_blunt_as_the_population() {
+        let mut vectors = Vectors::whole([0.0; 4], [0.01, 0.02, 3.0, 0.5]);
+        let population = Population::PAPER;
+        assert_eq!(population.sigmas_of(&vectors), [0.01, 0.02, 3.0, 0.5]);
+        vectors.present = [0.0, 1.0, 0.0, 0.0];
+        assert_eq!(population.sigmas_of(&vectors), [0.21, 0.02, 6.0, 1.6]);
+    }
 
     #[test]
     fn a_base_is_known_to_every_scalar() {

@@ -55,25 +55,14 @@ impl Track {
         }
         let vectors = Vectors::from(measurement);
         let (state, covariance) = start(&vectors, population);
-        // A sensor without a channel is as blunt there as the population is.
-        let blunt = [
-            population.elevation_sigma_rad,
-            vectors.sigmas[1],
-            population.range_sigma_m,
-            population.horizontal_sigma_mps,
-        ];
-        let sigmas = core::array::from_fn(|i| {
-            if vectors.present[i] > 0.0 {
-                vectors.sigmas[i]
-            } else {
-                blunt[i]
-            }
-        });
         let mut track = Self {
             time_us: measurement.time_us,
             state,
             covariance,
-            memory: Memory::start(sigmas, [state[3], state[4], state[5]]),
+            memory: Memory::start(
+                population.sigmas_of(&vectors),
+                [state[3], state[4], state[5]],
+            ),
             used: 1,
         };
         if track.settle() {

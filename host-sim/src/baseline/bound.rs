@@ -82,8 +82,11 @@ fn first_bound(
     let (p, v) = truth;
     let weight = |sigma: f64| sigma.powi(-2);
     let h = jacobian(p, v);
-    let mut information =
-        h.transpose() * nalgebra::Matrix4::from_diagonal(&observation.sigma.map(weight)) * h;
+    let measured = Vector4::from_fn(|i, _| match observation.present[i] {
+        true => weight(observation.sigma[i]),
+        false => 0.0,
+    });
+    let mut information = h.transpose() * nalgebra::Matrix4::from_diagonal(&measured) * h;
     let spherical = h.fixed_view::<4, 3>(0, 0);
     let known = Vector4::new(
         weight(prior.elevation_rad.sigma),

@@ -23,7 +23,7 @@ pub struct Innovation {
     pub residual: Vector4<f64>,
     /// Covariance of the residual.
     pub covariance: Matrix4<f64>,
-    /// Normalised innovation squared, four degrees of freedom.
+    /// Normalised innovation squared, a degree of freedom for every channel that was measured.
     pub nis: Nis,
     /// Log of the predicted density at the reading, natural units.
     pub log_likelihood: f64,
@@ -42,9 +42,26 @@ pub(super) struct Expectation<const N: usize> {
 impl<const N: usize> Expectation<N> {
     /// The belief after the reading.
     ///
+    /// Without the channels that were not measured: each is as good as one that is independent of
+    /// the state and was expected to the point.
+    fn of_measured(mut self, present: &[bool; 4]) -> Self {
+        for i in (0..4).filter(|i| !present[*i]) {
+            self.residual[i] = 0.0;
+            self.covariance.row_mut(i).fill(0.0);
+            self.covariance.column_mut(i).fill(0.0);
+            self.covariance[(i, i)] = 1.0;
+            self.cross.column_mut(i).fill(0.0);
+        }
+        self
+    }
+
     /// With S = L L' and W = cross L'^-1 the covariance becomes P - W W': symmetric to the bit. In
     /// f64 its loss of digits, the ratio of R to H P H', is harmless at 1e-8 and better.
-    fn correct(&self, belief: &Gaussian<N>) -> Result<(Gaussian<N>, Innovation), FilterError> {
+    fn correct(
+        &self,
+        belief: &Gaussian<N>,
+        present: &[bool; 4],
+    ) -> Result<(Gaussian<N>, Innovation), FilterError> {
         let refused = FilterError::NotPositiveDefinite;
         let factor = self.covariance.cholesky().ok_or(refused)?;
         let l = factor.l_dirty();
@@ -57,15 +74,17 @@ impl<const N: usize> Expectation<N> {
             covariance: belief.covariance - gain.tr_mul(&gain),
         };
         let nis = white.norm_squared();
+        let degrees = present.iter().filter(|present| **present).count();
         let half_log_det: f64 = l.diagonal().iter().map(|d| d.ln()).sum();
         let innovation = Innovation {
             residual: self.residual,
             covariance: self.covariance,
             nis: Nis {
                 value: nis,
-                degrees: 4,
+                degrees,
             },
-            log_likelihood: -0.5 * nis - half_log_det - 2.0 * core::f64::consts::TAU.ln(),
+            log_likelihood: -0.5 * (nis + degrees as f64 * core::f64::consts::TAU.ln())
+                - half_log_det,
         };
         Ok((after, innovation))
     }
@@ -85,7 +104,8 @@ impl Correction {
             Self::Extended => linearised(belief, observation),
             Self::SigmaPoints(spread) => spread.expectation(belief, observation)?,
         };
-        expectation.correct(belief)
+        let present = &observation.present;
+        expectation.of_measured(present).correct(belief, present)
     }
 }
 
@@ -106,6 +126,37 @@ fn linearised<const N: usize>(belief: &Gaussian<N>, observation: &Observation) -
 mod tests {
     use super::*;
     use nalgebra::{Matrix6, Vector6};
+
+    /// What was not measured must not count: the corrections of the two parts of a reading in turn
+    /// are the correction with all of it, where the sensor is linear.
+    #[test]
+    fn parts_of_a_reading_in_turn_are_the_whole() {
+        let belief = Gaussian::<6> {
+            mean: Vector6::new(2000.0, -1500.0, 700.0, 3.0, -2.0, 1.0),
+            covariance: Matrix6::from_diagonal(&Vector6::new(0.4, 0.5, 0.6, 0.04, 0.05, 0.06)),
+        };
+        let at = sensor::expected(&belief.position_m(), &belief.velocity_mps());
+        let whole = Observation::new(
+            at + Vector4::new(2e-4, -3e-4, 0.5, 0.1),
+            Vector4::new(1e-4, 2e-4, 0.7, 0.2),
+        );
+        let (expected, innovation) = Correction::Extended.apply(&belief, &whole).unwrap();
+        for correction in [Correction::Extended, Correction::SigmaPoints(Spread::UNIT)] {
+            let (mut got, mut nis) = (belief, 0.0);
+            for present in [[true, false, true, false], [false, true, false, true]] {
+                let mut part = Observation { present, ..whole };
+                for i in (0..4).filter(|i| !present[*i]) {
+                    part.z[i] = f64::NAN;
+                }
+                let (after, learnt) = correction.apply(&got, &part).unwrap();
+                assert_eq!(learnt.nis.degrees, 2);
+                (got, nis) = (after, nis + learnt.nis.value);
+            }
+            assert!((got.mean - expected.mean).norm() < 2e-3);
+            assert!((got.covariance - expected.covariance).norm() < 2e-3);
+            assert!((nis - innovation.nis.value).abs() < 2e-2, "{nis}");
+        }
+    }
 
     /// Far from the radar and well known: the measurement function is linear over the belief, so
     /// both ways must agree.

@@ -71,7 +71,7 @@ impl<const M: usize> Imm<M> {
 
 impl<const M: usize> Filter for Imm<M> {
     fn start(&mut self, start: &Start<'_>) -> Result<PositionEstimate, FilterError> {
-        let state = self.origin.belief(start);
+        let state = self.origin.belief(start)?;
         let mode = Component {
             state,
             probability: 1.0 / M as f64,

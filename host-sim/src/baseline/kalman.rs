@@ -62,7 +62,7 @@ impl Kalman<WhiteAcceleration, 6> {
 
 impl<M: Motion<N>, const N: usize> Filter for Kalman<M, N> {
     fn start(&mut self, start: &Start<'_>) -> Result<PositionEstimate, FilterError> {
-        let state = self.motion.initial(&self.origin.belief(start));
+        let state = self.motion.initial(&self.origin.belief(start)?);
         self.belief = Some((Clock::new(start.reading.time_us), state));
         state.position_estimate(None)
     }

@@ -3,6 +3,7 @@
 //! What a filter adds is measured against these. In a gap a rule repeats its last answer, and its
 //! covariance grows by the square of the way a drone of the population goes in the meantime.
 
+use bnkf::measurement::Channel;
 use bnkf_model_export::radar::reading::Reading;
 use nalgebra::{Matrix3, Vector3};
 
@@ -34,7 +35,17 @@ impl Rule {
         Self::Fused,
     ];
 
-    /// The answer to one reading.
+    /// What a reading must have.
+    fn needs(self) -> &'static [Channel] {
+        match self {
+            Self::Converted => &[Channel::Range, Channel::Elevation, Channel::Azimuth],
+            Self::PopulationMean => &[],
+            Self::ConstantRange => &[Channel::Elevation, Channel::Azimuth],
+            Self::Fused => &[Channel::Azimuth],
+        }
+    }
+
+    /// The answer to one reading, which has what the rule needs.
     pub fn estimate(self, prior: &PopulationPrior, observation: &Observation) -> PositionEstimate {
         let (z, sigma) = (&observation.z, &observation.sigma);
         match self {
@@ -96,7 +107,9 @@ impl Memoryless {
     }
 
     fn answer(&self, reading: &Reading) -> Result<PositionEstimate, FilterError> {
-        let estimate = self.rule.estimate(&self.prior, &Observation::from(reading));
+        let observation = Observation::from(reading);
+        observation.requires(self.rule.needs())?;
+        let estimate = self.rule.estimate(&self.prior, &observation);
         let mut numbers = estimate
             .position_m
             .iter()

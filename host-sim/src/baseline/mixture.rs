@@ -59,7 +59,7 @@ pub fn nis<const N: usize>(
         .ok_or(FilterError::NotPositiveDefinite)?;
     Ok(Nis {
         value: mean.dot(&factor.solve(&mean)),
-        degrees: 4,
+        degrees: innovations.first().map_or(0, |first| first.nis.degrees),
     })
 }
 

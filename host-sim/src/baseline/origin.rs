@@ -1,12 +1,13 @@
 //! Where a filter begins: at the truth, as the paper's do, or at the first reading.
 
+use bnkf::measurement::Channel;
 use bnkf_model_export::radar::reading::Reading;
 use nalgebra::{Matrix6, Vector6};
 
 use super::gaussian::Gaussian;
 use super::prior::PopulationPrior;
 use super::sensor::Observation;
-use crate::filter::Start;
+use crate::filter::{FilterError, Start};
 
 /// How the belief at the first sample is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,10 +31,20 @@ impl Origin {
     }
 
     /// Belief about position and velocity at the first sample.
-    pub fn belief(&self, start: &Start<'_>) -> Gaussian<6> {
+    ///
+    /// # Errors
+    /// [`FilterError::Missing`]: the paper's need range and range-rate, the others an azimuth.
+    pub fn belief(&self, start: &Start<'_>) -> Result<Gaussian<6>, FilterError> {
+        let observation = Observation::from(start.reading);
         match self {
-            Self::Truth => truth(start),
-            Self::Population(prior) => prior.belief(&Observation::from(start.reading)),
+            Self::Truth => {
+                observation.requires(&[Channel::Range, Channel::RangeRate])?;
+                Ok(truth(start))
+            }
+            Self::Population(prior) => {
+                observation.requires(&[Channel::Azimuth])?;
+                Ok(prior.belief(&observation))
+            }
         }
     }
 }

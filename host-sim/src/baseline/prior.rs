@@ -74,6 +74,16 @@ impl Normal {
     }
 }
 
+impl Observation {
+    /// A component fused with what is known of it, which is all if it was not measured.
+    fn fused(&self, component: usize, known: &Normal) -> Normal {
+        match self.present[component] {
+            true => known.fused(self.z[component], self.sigma[component]),
+            false => *known,
+        }
+    }
+}
+
 impl PopulationPrior {
     /// Moments over all samples of `flights`, each sample with the same weight.
     ///
@@ -129,7 +139,7 @@ impl PopulationPrior {
 
     /// Range of one reading fused with the population's, m.
     pub fn fused_range(&self, observation: &Observation) -> Normal {
-        self.range_m.fused(observation.z[2], observation.sigma[2])
+        observation.fused(2, &self.range_m)
     }
 
     /// Range and elevation of one reading fused with the population's, azimuth as read, carried
@@ -140,7 +150,7 @@ impl PopulationPrior {
 
     fn position_at_range(&self, observation: &Observation, range: &Normal) -> PositionEstimate {
         let (z, sigma) = (&observation.z, &observation.sigma);
-        let elevation = self.elevation_rad.fused(z[0], sigma[0]);
+        let elevation = observation.fused(0, &self.elevation_rad);
         let centre = Vector3::new(elevation.mean, z[1], range.mean);
         // Six points at sqrt(3) sigma, each with weight 1/6: the spherical cubature rule.
         let reach = Vector3::new(elevation.sigma, sigma[1], range.sigma) * 3.0_f64.sqrt();
@@ -185,7 +195,10 @@ impl PopulationPrior {
         let prior = Matrix3::from_diagonal(&velocity_variance);
         let sight = Vector3::from(radar::predict(p.into(), [0.0; 3]).by_velocity);
         let cross = prior * sight;
-        let gain = cross / (sight.dot(&cross) + observation.sigma[3].powi(2));
+        let gain = match observation.present[3] {
+            true => cross / (sight.dot(&cross) + observation.sigma[3].powi(2)),
+            false => Vector3::zeros(),
+        };
         let velocity = gain * observation.z[3];
         let velocity_covariance = symmetric(&(prior - gain * cross.transpose()));
         let mut covariance = Matrix6::zeros();

@@ -12,6 +12,7 @@
 //! the particles, and what was their spread is then missing from the covariance for good. Where the
 //! readings hold the range well, as at low noise, all particles are one Kalman filter.
 
+use bnkf::measurement::Channel;
 use bnkf_model_export::radar::reading::Reading;
 use bnkf_model_export::random_source::RandomSource;
 use bnkf_model_export::seed;
@@ -166,6 +167,7 @@ impl Filter for RaoBlackwell {
     /// Places the particles evenly over the range, weighted by its density.
     fn start(&mut self, start: &Start<'_>) -> Result<PositionEstimate, FilterError> {
         let observation = Observation::from(start.reading);
+        observation.requires(&[Channel::Azimuth])?;
         let range = self.prior.fused_range(&observation);
         let own = range.sigma.min(LINEAR_PART * range.mean.abs());
         let spread = (range.sigma.powi(2) - own.powi(2)).sqrt();

@@ -1,9 +1,12 @@
 //! The firmware's measurement function in f64: reading vector, its Jacobian and its noise.
 
+use bnkf::measurement::Channel;
 use bnkf::radar;
 use bnkf::scalar::Scalar;
 use bnkf_model_export::radar::reading::Reading;
 use nalgebra::{Matrix3, Matrix4, SMatrix, Vector3, Vector4};
+
+use crate::filter::FilterError;
 
 /// Readings within this angle of the zenith, or pointing beyond it, count as overhead, rad. Three
 /// and a half standard deviations at the paper's high noise.
@@ -16,29 +19,43 @@ pub struct Observation {
     pub z: Vector4<f64>,
     /// Standard deviations in the same order.
     pub sigma: Vector4<f64>,
+    /// Which of them were measured.
+    pub present: [bool; 4],
     /// Rotation from the radar's axes to those in which the angles are meant.
     pub frame: Matrix3<f64>,
 }
 
 impl From<&Reading> for Observation {
     fn from(r: &Reading) -> Self {
-        let z = Vector4::new(r.elevation_rad, r.azimuth_rad, r.range_m, r.range_rate_mps);
-        let sigma = Vector4::new(
-            r.sigma_elevation_rad,
-            r.sigma_azimuth_rad,
-            r.sigma_range_m,
-            r.sigma_range_rate_mps,
-        );
-        Self::new(z, sigma)
+        let vectors = r.vectors();
+        Self {
+            present: vectors.present.map(|present| present > 0.0),
+            ..Self::new(vectors.measured.into(), vectors.sigmas.into())
+        }
     }
 }
 
 impl Observation {
-    /// A reading in the radar's own axes.
+    /// Refuses a reading without all of `channels`.
+    ///
+    /// # Errors
+    /// The first that is missing.
+    pub fn requires(&self, channels: &[Channel]) -> Result<(), FilterError> {
+        let measured = Channel::ALL.iter().zip(self.present);
+        let mut missing =
+            measured.filter(|(channel, present)| !present && channels.contains(channel));
+        match missing.next() {
+            Some((channel, _)) => Err(FilterError::Missing(*channel)),
+            None => Ok(()),
+        }
+    }
+
+    /// A whole reading in the radar's own axes.
     pub fn new(z: Vector4<f64>, sigma: Vector4<f64>) -> Self {
         Self {
             z,
             sigma,
+            present: [true; 4],
             frame: Matrix3::identity(),
         }
     }
@@ -50,7 +67,7 @@ impl Observation {
     /// as they come are the better choice: their noise is Gaussian in them and nowhere else.
     #[must_use]
     pub fn clear_of_the_zenith(&self) -> Self {
-        if self.z[0].cos() < OVERHEAD_RAD.sin() {
+        if self.present[0] && self.present[1] && self.z[0].cos() < OVERHEAD_RAD.sin() {
             self.head_on()
         } else {
             *self
@@ -70,6 +87,7 @@ impl Observation {
             z: Vector4::new(0.0, 0.0, self.z[2], self.z[3]),
             sigma,
             frame: frame * self.frame,
+            ..*self
         }
     }
 

@@ -8,9 +8,8 @@
 
 use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::radar::gaps::SamplingRate;
-use bnkf_model_export::radar::noise::NoiseSigmas;
 use bnkf_model_export::radar::reading::Reading;
-use bnkf_model_export::radar::sampling::{RadarSettings, sample_radar, time_us};
+use bnkf_model_export::radar::sampling::time_us;
 use bnkf_model_export::scoring::step_score::StepScore;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -80,20 +79,19 @@ const SINGER_STARTS: [[f64; 4]; 2] = [[1.5, 1.0, 0.5, 0.03], [0.5, 0.3, 0.7, 1.0
 const FIVE_TURNS_STARTS: [[f64; 3]; 2] = [[0.8, 0.1, 0.4], [2.0, 0.4, 1.5]];
 
 impl Tuning {
-    /// Fits the motion models for a radar with `noise` to `flights`, of which [`FLIGHTS_MAX`] at most,
-    /// at all `rates`.
+    /// Fits the motion models to `flights`, of which [`FLIGHTS_MAX`] at most, as `measured` at all
+    /// `rates`.
     ///
     /// # Errors
     /// See [`TuningError`].
     pub fn fit(
         prior: PopulationPrior,
         flights: &[&Flight],
-        noise: NoiseSigmas,
         rates: &[SamplingRate],
-        seed: u64,
+        measured: impl Fn(&Flight, SamplingRate) -> Vec<Option<Reading>>,
     ) -> Result<Self, TuningError> {
-        let few = record(flights, FLIGHTS_FIRST, noise, rates, seed);
-        let many = record(flights, FLIGHTS_MAX, noise, rates, seed);
+        let few = record(flights, FLIGHTS_FIRST, rates, &measured);
+        let many = record(flights, FLIGHTS_MAX, rates, &measured);
         let usable = |r: &Recording<'_>| r.readings.first().is_some_and(Option::is_some);
         if many.is_empty() || !few.iter().chain(&many).all(usable) {
             return Err(TuningError::NothingToTuneOn);
@@ -194,25 +192,15 @@ pub fn spread<'a>(flights: &[&'a Flight], flights_max: usize) -> impl Iterator<I
 fn record<'a>(
     flights: &[&'a Flight],
     flights_max: usize,
-    noise: NoiseSigmas,
     rates: &[SamplingRate],
-    seed: u64,
+    measured: impl Fn(&Flight, SamplingRate) -> Vec<Option<Reading>>,
 ) -> Vec<Recording<'a>> {
     let chosen = spread(flights, flights_max);
     let cases = chosen.flat_map(|flight| rates.iter().map(move |rate| (flight, *rate)));
     cases
-        .map(|(flight, rate)| {
-            let settings = RadarSettings {
-                noise,
-                stated: noise,
-                rate,
-                gap_phase: 0,
-                seed,
-            };
-            Recording {
-                flight,
-                readings: sample_radar(flight, &settings),
-            }
+        .map(|(flight, rate)| Recording {
+            flight,
+            readings: measured(flight, rate),
         })
         .collect()
 }
@@ -261,6 +249,7 @@ mod tests {
     use crate::baseline::discrete::Discrete;
     use bnkf_model_export::flights::flight::Sample;
     use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
+    use bnkf_model_export::radar::sampling::{RadarSettings, sample_radar};
     use bnkf_model_export::random_source::RandomSource;
 
     const TRUE_MOTION: Singer = Singer {
@@ -296,18 +285,23 @@ mod tests {
         }
     }
 
+    /// The flight at medium noise.
+    fn medium(flight: &Flight, rate: SamplingRate) -> Vec<Option<Reading>> {
+        let radar = RadarSettings::paper(NoiseLevel::Medium, NoiseTable::Radians, rate, 9);
+        sample_radar(flight, &radar)
+    }
+
     #[test]
     fn the_fit_is_repeatable_and_no_worse_than_the_true_model() {
         let flights: Vec<Flight> = (0..4).map(flight).collect();
         let flights: Vec<&Flight> = flights.iter().collect();
         let prior = PopulationPrior::fit(flights.iter().copied()).unwrap();
-        let noise = NoiseLevel::Medium.sigmas(NoiseTable::Radians);
         let rates = [SamplingRate::THREE_QUARTERS];
-        let fit = || Tuning::fit(prior, &flights, noise, &rates, 9).unwrap();
+        let fit = || Tuning::fit(prior, &flights, &rates, medium).unwrap();
         let tuning = fit();
         assert_eq!(tuning, fit());
 
-        let recordings = record(&flights, FLIGHTS_MAX, noise, &rates, 9);
+        let recordings = record(&flights, FLIGHTS_MAX, &rates, medium);
         let origin = Origin::Population(prior);
         let score = |motion| {
             mean_score(
@@ -330,9 +324,8 @@ mod tests {
     fn nothing_to_tune_on_is_an_error() {
         let f = flight(0);
         let prior = PopulationPrior::fit([&f]).unwrap();
-        let noise = NoiseLevel::Low.sigmas(NoiseTable::Radians);
         for (flights, rates) in [(vec![], vec![SamplingRate::FULL]), (vec![&f], vec![])] {
-            let result = Tuning::fit(prior, &flights, noise, &rates, 1);
+            let result = Tuning::fit(prior, &flights, &rates, medium);
             assert_eq!(result, Err(TuningError::NothingToTuneOn));
         }
     }

@@ -33,7 +33,8 @@ pub struct TrackStep {
 /// Runs `filter` over `flight` and scores every sample but the first, which only starts it.
 ///
 /// A refused or unusable estimate is a divergence: the last usable estimate is scored in its
-/// place. Before any there is the first reading's place with its range sigma on every axis.
+/// place. Before any there is the first reading's place with its range sigma on every axis, zeros
+/// and a metre where it has none.
 ///
 /// # Panics
 /// If `readings` has not one entry per sample or the first sample was not measured.
@@ -123,9 +124,10 @@ fn score_or_hold(
 
 /// The reading in Cartesian coordinates, with its range sigma on every axis.
 fn place_of(reading: &Reading) -> PositionEstimate {
+    let [elevation, azimuth, range, _] = reading.vectors().measured;
     PositionEstimate {
-        position_m: position_of(reading),
-        covariance_m2: Matrix3::identity() * reading.sigma_range_m.powi(2),
+        position_m: cartesian(elevation, azimuth, range),
+        covariance_m2: Matrix3::identity() * reading.vectors().sigmas[2].powi(2),
         nis: None,
         fate: None,
         outside: false,

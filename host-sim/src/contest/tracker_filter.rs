@@ -27,13 +27,17 @@ impl<'a> TrackerFilter<'a> {
     fn position_estimate(
         &self,
         answer: Result<Estimate, StepError>,
+        reading: Option<&Reading>,
     ) -> Result<PositionEstimate, FilterError> {
         let estimate = answer.map_err(FilterError::Tracker)?;
         let corrected = self.tracker.settings().correction != Correction::None;
         let nis = Nis {
             value: f64::from(estimate.nis),
-            // A recursive filter measures its velocity too.
-            degrees: if estimate.motion.is_some() { 4 } else { 3 },
+            // A recursive filter measures its velocity too, and may lack a channel.
+            degrees: match (estimate.motion, reading) {
+                (Some(_), Some(reading)) => reading.measured(),
+                _ => 3,
+            },
         };
         let (position_m, covariance_m2) = position(&estimate);
         Ok(PositionEstimate {
@@ -55,7 +59,7 @@ impl Filter for TrackerFilter<'_> {
     fn start(&mut self, start: &Start<'_>) -> Result<PositionEstimate, FilterError> {
         self.tracker.reset();
         let answer = self.tracker.step(&Measurement::from(start.reading));
-        self.position_estimate(answer)
+        self.position_estimate(answer, Some(start.reading))
     }
 
     fn step(
@@ -65,7 +69,7 @@ impl Filter for TrackerFilter<'_> {
     ) -> Result<PositionEstimate, FilterError> {
         let call = Call::new(time_us, reading.map(Measurement::from));
         let answer = call.answer(&mut self.tracker);
-        self.position_estimate(answer)
+        self.position_estimate(answer, reading)
     }
 }
 

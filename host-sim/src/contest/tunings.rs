@@ -44,8 +44,15 @@ impl Tunings {
             .flat_map(|table| NoiseLevel::ALL.map(|level| (*table, level)))
             .collect();
         let fit = |&(table, level): &(NoiseTable, NoiseLevel)| {
-            let sigmas = radar.sigmas(table, level);
-            let tuning = Tuning::fit(prior, flights, sigmas, &radar.rates, seed)?;
+            let measured = |flight: &Flight, rate| {
+                let condition = Condition {
+                    table,
+                    noise: level,
+                    rate,
+                };
+                radar.sightings(flight, condition, seed)
+            };
+            let tuning = Tuning::fit(prior, flights, &radar.rates, measured)?;
             Ok((table, level, tuning))
         };
         Ok(Self(

@@ -1,6 +1,7 @@
 //! What the replica's radar reports of a flight.
 
 use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::radar::errors::Errors;
 use bnkf_model_export::radar::gaps::SamplingRate;
 use bnkf_model_export::radar::noise::NoiseLevel;
 use bnkf_model_export::radar::reading::Reading;
@@ -17,21 +18,15 @@ pub fn observe(
     rate: SamplingRate,
     seed: u64,
 ) -> Vec<Option<Reading>> {
-    let settings = RadarSettings::paper(level, recipe.noise_table(), rate, seed);
-    let mut readings = sample_radar(flight, &settings);
-    if recipe.departs(Departure::Binned) {
-        for reading in readings.iter_mut().flatten() {
-            reading.range_m = bin_middle(reading.range_m, reading.sigma_range_m);
-            reading.range_rate_mps =
-                bin_middle(reading.range_rate_mps, reading.sigma_range_rate_mps);
-        }
-    }
-    readings
-}
-
-/// The middle of the bin of `width` that `value` falls into; bins start at multiples of the width.
-fn bin_middle(value: f64, width: f64) -> f64 {
-    ((value / width).floor() + 0.5) * width
+    let settings = RadarSettings {
+        errors: if recipe.departs(Departure::Binned) {
+            Errors::Quantised
+        } else {
+            Errors::Gaussian
+        },
+        ..RadarSettings::paper(level, recipe.noise_table(), rate, seed)
+    };
+    sample_radar(flight, &settings)
 }
 
 #[cfg(test)]
@@ -40,17 +35,9 @@ mod tests {
     use bnkf_model_export::radar::gaps::SamplingRate;
     use bnkf_model_export::radar::noise::NoiseLevel;
 
-    use super::{bin_middle, observe};
+    use super::observe;
     use crate::replication::departure::Departure;
     use crate::replication::recipe::Recipe;
-
-    #[test]
-    fn bins_start_at_multiples_of_their_width() {
-        assert_eq!(bin_middle(34.9, 10.0), 35.0);
-        assert_eq!(bin_middle(-0.1, 100.0), -50.0);
-        assert_eq!(bin_middle(0.0, 100.0), 50.0);
-        assert_eq!(bin_middle(40.0, 10.0), 45.0);
-    }
 
     #[test]
     fn binning_moves_range_and_range_rate_by_half_a_sigma_at_most_and_nothing_else() {

@@ -11,6 +11,7 @@ use serde::Deserialize;
 
 use crate::manoeuvre::bursts::bursts;
 use crate::manoeuvre::darts::darts;
+use crate::manoeuvre::falls::falls;
 
 /// Factor on the speeds of the fast flights of [`Kind::Agile`], beside the scenario's.
 const FAST: f64 = 3.0;
@@ -26,6 +27,12 @@ pub enum Kind {
     Cruise,
     /// By turns the generator's own, three times as fast, darts, three times as fast again, and bursts.
     Agile,
+    /// Dashes that turn within a sample, from a cruise's place.
+    Darts,
+    /// Hovers with bursts of 10 m/s^2.
+    Bursts,
+    /// Cruises whose motor is cut for half a second or more.
+    Falls,
 }
 
 impl Kind {
@@ -36,12 +43,26 @@ impl Kind {
     pub fn generate(self, settings: &GeneratorSettings) -> Result<Vec<Flight>, GeneratorError> {
         match self {
             Self::Cruise => generate(settings),
-            Self::Agile => (0..settings.flights)
-                .into_par_iter()
-                .map(|index| agile(settings, index))
-                .collect(),
+            Self::Agile => each(settings, agile),
+            Self::Darts => each(settings, |settings, index| {
+                manoeuvred(settings, index, darts)
+            }),
+            Self::Bursts => each(settings, |settings, index| {
+                manoeuvred(settings, index, bursts)
+            }),
+            Self::Falls => each(settings, |settings, index| {
+                manoeuvred(settings, index, falls)
+            }),
         }
     }
+}
+
+fn each(
+    settings: &GeneratorSettings,
+    make: impl Fn(&GeneratorSettings, usize) -> Result<Flight, GeneratorError> + Sync,
+) -> Result<Vec<Flight>, GeneratorError> {
+    let indices = (0..settings.flights).into_par_iter();
+    indices.map(|index| make(settings, index)).collect()
 }
 
 fn agile(settings: &GeneratorSettings, index: usize) -> Result<Flight, GeneratorError> {

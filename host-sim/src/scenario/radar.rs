@@ -2,7 +2,9 @@
 
 use std::f64::consts::PI;
 
+use bnkf::measurement::Channel;
 use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::radar::errors::Errors;
 use bnkf_model_export::radar::gaps::SamplingRate;
 use bnkf_model_export::radar::noise::{NoiseLevel, NoiseSigmas, NoiseTable};
 use bnkf_model_export::radar::reading::Reading;
@@ -49,6 +51,10 @@ pub struct Radar {
     /// Probability that a measured sample without a reading of the target gives a false one, or
     /// that the false one hides the true one.
     pub false_alarm_probability: f64,
+    /// How errors are distributed.
+    pub errors: Errors,
+    /// What is not measured.
+    pub missing: Vec<Channel>,
     /// Largest range of a false alarm, metres.
     pub range_m_max: f64,
     /// Standard deviations that readings state, over the true ones; 1 for an honest radar.
@@ -65,6 +71,8 @@ impl Radar {
             pattern: Pattern::Blocks,
             detection_probability: 1.0,
             false_alarm_probability: 0.0,
+            errors: Errors::Gaussian,
+            missing: Vec::new(),
             range_m_max: 50.0,
             stated_factor: 1.0,
         }
@@ -105,10 +113,24 @@ impl Radar {
         condition: Condition,
         seed: u64,
     ) -> Vec<Option<Reading>> {
+        let mut readings = self.sightings(flight, condition, seed);
+        self.miss_and_mistake(flight, condition, seed, &mut readings);
+        readings
+    }
+
+    /// [`Self::readings`] of a radar that misses nothing and imagines nothing: what filters are tuned
+    /// on.
+    pub fn sightings(
+        &self,
+        flight: &Flight,
+        condition: Condition,
+        seed: u64,
+    ) -> Vec<Option<Reading>> {
         let noise = self.sigmas(condition.table, condition.noise);
         let every_sample = self.pattern == Pattern::Even;
         let settings = RadarSettings {
             noise,
+            errors: self.errors,
             stated: noise.scaled(self.stated_factor),
             rate: if every_sample {
                 SamplingRate::FULL
@@ -127,7 +149,9 @@ impl Radar {
                 }
             }
         }
-        self.miss_and_mistake(flight, condition, seed, &mut readings);
+        for reading in readings.iter_mut().flatten() {
+            *reading = reading.without(&self.missing);
+        }
         readings
     }
 
@@ -160,7 +184,7 @@ impl Radar {
                 ..*found
             };
             if mistaken {
-                *reading = Some(false_alarm);
+                *reading = Some(false_alarm.without(&self.missing));
             } else if !detected {
                 *reading = None;
             }

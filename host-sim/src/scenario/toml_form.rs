@@ -2,17 +2,19 @@
 
 use std::ops::{Range, RangeInclusive};
 
+use bnkf::measurement::Channel;
 use bnkf_model_export::brief_number::brief;
 use bnkf_model_export::flights::data_hash;
 use bnkf_model_export::flights::flight::SAMPLES_MIN;
 use bnkf_model_export::flights::generator::NOMINAL_S_MAX;
 use bnkf_model_export::flights::volume::{Volume, VolumeError};
+use bnkf_model_export::radar::errors::Errors;
 use bnkf_model_export::radar::gaps::SamplingRate;
 use bnkf_model_export::radar::noise::{NoiseSigmas, NoiseTable};
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::{Scenario, ScenarioError};
+use super::{Scenario, ScenarioError, WHOLE};
 use crate::scenario::kind::Kind;
 use crate::scenario::radar::{Pattern, Radar};
 
@@ -68,6 +70,8 @@ struct RadarTable {
     pattern: Pattern,
     detection_probability: Spanned<f64>,
     false_alarm_probability: Spanned<f64>,
+    errors: Option<Spanned<Errors>>,
+    missing: Option<Spanned<Vec<Missing>>>,
     low: Sigmas,
     medium: Sigmas,
     high: Sigmas,
@@ -80,6 +84,61 @@ struct Sigmas {
     elevation: Spanned<f64>,
     azimuth: Spanned<f64>,
     range_rate_mps: Spanned<f64>,
+}
+
+/// A scenario that is like a built-in one but for what it names.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Variation {
+    name: Spanned<String>,
+    summary: Spanned<String>,
+    like: Spanned<String>,
+    #[serde(default)]
+    flights: FlightsVariation,
+    #[serde(default)]
+    radar: RadarVariation,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FlightsVariation {
+    kind: Option<Kind>,
+    speed_scale: Option<Spanned<f64>>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RadarVariation {
+    noise_tables: Option<Spanned<Vec<NoiseTable>>>,
+    errors: Option<Spanned<Errors>>,
+    missing: Option<Spanned<Vec<Missing>>>,
+}
+
+/// Tells a [`Variation`] from a whole scenario.
+#[derive(Deserialize)]
+struct Kinship {
+    like: Option<String>,
+}
+
+/// A channel by the name of its sigma.
+#[derive(Clone, Copy, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Missing {
+    Elevation,
+    Azimuth,
+    Range,
+    RangeRate,
+}
+
+impl From<Missing> for Channel {
+    fn from(missing: Missing) -> Self {
+        match missing {
+            Missing::Elevation => Self::Elevation,
+            Missing::Azimuth => Self::Azimuth,
+            Missing::Range => Self::Range,
+            Missing::RangeRate => Self::RangeRate,
+        }
+    }
 }
 
 /// Where an error belongs.
@@ -131,6 +190,47 @@ impl Place<'_> {
         })
     }
 
+    /// Kinds of errors that mean something.
+    fn errors(&self, errors: Option<&Spanned<Errors>>) -> Result<Errors, ScenarioError> {
+        let Some(errors) = errors else {
+            return Ok(Errors::Gaussian);
+        };
+        let within = |value: f64, name: &str, limits: RangeInclusive<f64>| {
+            let value = Spanned::new(errors.span(), value);
+            self.within(&value, name, limits).map(|_| ())
+        };
+        match *errors.get_ref() {
+            Errors::Gaussian | Errors::Quantised => Ok(()),
+            Errors::Outliers { share } => within(share, "share", 0.0..=1.0),
+            Errors::StudentT { degrees } => within(degrees, "degrees", 2.1..=1000.0),
+            Errors::Glint { share, factor } => within(share, "share", 0.0..=1.0)
+                .and_then(|()| within(factor, "factor", 1.0..=100.0)),
+            Errors::Bias { part, time_s } => {
+                within(part, "part", 0.0..=1.0).and_then(|()| within(time_s, "time_s", 0.01..=1e6))
+            }
+            Errors::Ranged { reference_m } => within(reference_m, "reference_m", 0.1..=RANGE_M_MAX),
+        }?;
+        Ok(*errors.get_ref())
+    }
+
+    /// Channels that are not measured: not all, and the azimuth never, since no filter starts
+    /// without one.
+    fn missing(
+        &self,
+        missing: Option<&Spanned<Vec<Missing>>>,
+    ) -> Result<Vec<Channel>, ScenarioError> {
+        let Some(missing) = missing else {
+            return Ok(Vec::new());
+        };
+        let (list, span) = (missing.get_ref(), Some(missing.span()));
+        if list.contains(&Missing::Azimuth) {
+            let message = "`missing` has `azimuth`, without which no track starts";
+            return Err(self.error(span, message));
+        }
+        let distinct = self.distinct(list, span, "missing", 3)?;
+        Ok(distinct.into_iter().map(Channel::from).collect())
+    }
+
     /// A whole number.
     fn count(&self, value: &Spanned<f64>, name: &str) -> Result<usize, ScenarioError> {
         let count = self.within(value, name, 2.0..=COUNT_MAX)?;
@@ -159,6 +259,14 @@ impl Place<'_> {
             return Err(self.error(Some(text.span()), &message));
         }
         Ok(text.get_ref().clone())
+    }
+
+    fn speed_scale(&self, scale: &Spanned<f64>) -> Result<f64, ScenarioError> {
+        self.within(scale, "speed_scale", 0.01..=100.0)
+    }
+
+    fn tables(&self, tables: &Spanned<Vec<NoiseTable>>) -> Result<Vec<NoiseTable>, ScenarioError> {
+        self.distinct(tables.get_ref(), Some(tables.span()), "noise_tables", 2)
     }
 
     /// A list of one to `most` values, none of them twice.
@@ -260,8 +368,11 @@ impl Place<'_> {
 /// The scenario that `text`, the contents of `file`, describes.
 pub fn parse(text: &str, file: &str) -> Result<Scenario, ScenarioError> {
     let place = Place { text, file };
-    let form: File =
-        toml::from_str(text).map_err(|error| place.error(error.span(), error.message()))?;
+    let broken = |error: toml::de::Error| place.error(error.span(), error.message());
+    if toml::from_str::<Kinship>(text).is_ok_and(|kinship| kinship.like.is_some()) {
+        return varied(&place, &toml::from_str(text).map_err(broken)?);
+    }
+    let form: File = toml::from_str(text).map_err(broken)?;
     let (flights, radar) = (&form.flights, &form.radar);
     let volume = place.volume(&form.volume)?;
     let scenario = Scenario {
@@ -272,7 +383,7 @@ pub fn parse(text: &str, file: &str) -> Result<Scenario, ScenarioError> {
         quick_count: place.count(&flights.quick_count, "quick_count")?,
         duration_s: place.within(&flights.duration_s, "duration_s", 1.0..=3600.0)?,
         rate_hz: place.within(&flights.rate_hz, "rate_hz", 0.1..=1000.0)?,
-        speed_scale: place.within(&flights.speed_scale, "speed_scale", 0.01..=100.0)?,
+        speed_scale: place.speed_scale(&flights.speed_scale)?,
         size_scale: place.within(&flights.size_scale, "size_scale", 0.01..=1000.0)?,
         volume,
         sha256: data_hash::of_bytes(text.as_bytes()),
@@ -282,12 +393,7 @@ pub fn parse(text: &str, file: &str) -> Result<Scenario, ScenarioError> {
                 place.sigmas(&radar.medium)?,
                 place.sigmas(&radar.high)?,
             ],
-            tables: place.distinct(
-                radar.noise_tables.get_ref(),
-                Some(radar.noise_tables.span()),
-                "noise_tables",
-                2,
-            )?,
+            tables: place.tables(&radar.noise_tables)?,
             rates: place.rates(&radar.rates)?,
             pattern: radar.pattern,
             detection_probability: place.within(
@@ -300,10 +406,46 @@ pub fn parse(text: &str, file: &str) -> Result<Scenario, ScenarioError> {
                 "false_alarm_probability",
                 0.0..=0.5,
             )?,
+            errors: place.errors(radar.errors.as_ref())?,
+            missing: place.missing(radar.missing.as_ref())?,
             range_m_max: volume.range_m_max,
             stated_factor: 1.0,
         },
     };
     place.samples(flights, scenario.count.max(scenario.quick_count))?;
     Ok(scenario)
+}
+
+/// The built-in scenario that a variation names, with what it changes.
+fn varied(place: &Place<'_>, form: &Variation) -> Result<Scenario, ScenarioError> {
+    let like = form.like.get_ref();
+    let Some((known, text)) = WHOLE.iter().find(|(known, _)| known == like) else {
+        let known = WHOLE.map(|(known, _)| known).join(", ");
+        let message = format!("`like` = \"{}\" is none of: {known}", like.escape_default());
+        return Err(place.error(Some(form.like.span()), &message));
+    };
+    let base = parse(text, &format!("{known}.toml"))?;
+    let tables = match &form.radar.noise_tables {
+        Some(tables) => place.tables(tables)?,
+        None => base.radar.tables,
+    };
+    let speed_scale = match &form.flights.speed_scale {
+        Some(scale) => place.speed_scale(scale)?,
+        None => base.speed_scale,
+    };
+    Ok(Scenario {
+        name: place.line(&form.name, "name", 60)?,
+        summary: place.line(&form.summary, "summary", 300)?,
+        kind: form.flights.kind.unwrap_or(base.kind),
+        speed_scale,
+        // Of both texts.
+        sha256: data_hash::of_bytes(format!("{}{}", base.sha256, place.text).as_bytes()),
+        radar: Radar {
+            tables,
+            errors: place.errors(form.radar.errors.as_ref())?,
+            missing: place.missing(form.radar.missing.as_ref())?,
+            ..base.radar
+        },
+        ..base
+    })
 }

@@ -1,9 +1,10 @@
-//! What the radar reports of a flight: exact polar values plus Gaussian noise, with gaps.
+//! What the radar reports of a flight: exact polar values plus errors, with gaps.
 //!
 //! Transcendental functions come from `libm`, so a seed gives the same readings on every machine.
 //! Nothing here panics.
 
 use crate::flights::flight::Flight;
+use crate::radar::errors::Errors;
 use crate::radar::gaps::{self, SamplingRate};
 use crate::radar::noise::{NoiseLevel, NoiseSigmas, NoiseTable};
 pub use crate::radar::polar::Polar;
@@ -17,6 +18,8 @@ use crate::seed;
 pub struct RadarSettings {
     /// Standard deviations of the noise that is added.
     pub noise: NoiseSigmas,
+    /// How it is distributed.
+    pub errors: Errors,
     /// Standard deviations that the readings state; equal to `noise` for an honest radar.
     pub stated: NoiseSigmas,
     /// The part of the samples that is measured.
@@ -34,6 +37,7 @@ impl RadarSettings {
         let noise = level.sigmas(table);
         Self {
             noise,
+            errors: Errors::Gaussian,
             stated: noise,
             rate,
             gap_phase: 0,
@@ -62,26 +66,36 @@ pub fn sample_radar(flight: &Flight, settings: &RadarSettings) -> Vec<Option<Rea
         ],
     );
     let measured = gaps::measured_from(flight.samples.len(), settings.rate, settings.gap_phase);
+    let mut draws = settings.errors.draws();
     flight
         .samples
         .iter()
         .zip(measured)
-        .map(|(sample, measured)| {
+        .enumerate()
+        .map(|(index, (sample, measured))| {
             if !measured {
                 return None;
             }
             let exact = Polar::of(sample.position_m, sample.velocity_mps);
-            Some(Reading {
+            let factor = settings.errors.factor(exact.range_m);
+            let (noise, stated) = (noise.scaled(factor), settings.stated.scaled(factor));
+            let [range, elevation, azimuth, range_rate] = draws.next(sample.time_s, &mut random);
+            let reading = Reading {
                 time_us: time_us(flight, sample.time_s),
-                range_m: exact.range_m + noise.range_m * random.normal(),
-                elevation_rad: exact.elevation_rad + noise.elevation_rad * random.normal(),
-                azimuth_rad: wrap_azimuth(exact.azimuth_rad + noise.azimuth_rad * random.normal()),
-                range_rate_mps: exact.range_rate_mps + noise.range_rate_mps * random.normal(),
-                sigma_range_m: settings.stated.range_m,
-                sigma_elevation_rad: settings.stated.elevation_rad,
-                sigma_azimuth_rad: settings.stated.azimuth_rad,
-                sigma_range_rate_mps: settings.stated.range_rate_mps,
-            })
+                range_m: exact.range_m + noise.range_m * range,
+                elevation_rad: exact.elevation_rad + noise.elevation_rad * elevation,
+                azimuth_rad: wrap_azimuth(exact.azimuth_rad + noise.azimuth_rad * azimuth),
+                range_rate_mps: exact.range_rate_mps + noise.range_rate_mps * range_rate,
+                sigma_range_m: stated.range_m,
+                sigma_elevation_rad: stated.elevation_rad,
+                sigma_azimuth_rad: stated.azimuth_rad,
+                sigma_range_rate_mps: stated.range_rate_mps,
+            };
+            Some(
+                settings
+                    .errors
+                    .reported(reading, &noise, index == 0, &mut random),
+            )
         })
         .collect()
 }

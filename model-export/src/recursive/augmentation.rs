@@ -51,10 +51,10 @@ impl Augmentation {
         ln_speed_sigma: 0.2,
         recorded_share: 0.3,
         other_rate_share: 0.1,
-        agile_share: 0.22,
-        haste_share: 0.15,
+        agile_share: 0.16,
+        haste_share: 0.1,
         haste_max: 4.0,
-        elsewhere_share: 0.2,
+        elsewhere_share: 0.12,
         elsewhere: Elsewhere {
             range_m: [6.0, 95.0],
             elevation_deg: [-80.0, 89.0],

@@ -10,7 +10,7 @@ use crate::autodiff::lanes::{LANES, Lanes, ZERO};
 pub struct Batch {
     /// Flattened start of every lane.
     pub start: Vec<Lanes>,
-    /// Arrival (time step, measured flag, measurement, sigmas) of every step.
+    /// Arrival (time step, measured flag, measurement, sigmas, what is present) of every step.
     pub arrivals: Vec<[Lanes; ARRIVAL]>,
     /// True position of every step, metres.
     pub truths_m: Vec<[Lanes; 3]>,
@@ -53,9 +53,10 @@ impl Batch {
                 let slots = &mut batch.arrivals[step];
                 slots[0][lane] = arrival.dt_s;
                 slots[1][lane] = if within { arrival.measured } else { 0.0 };
-                for i in 0..arrival.measurement.len() {
-                    slots[2 + i][lane] = arrival.measurement[i];
-                    slots[2 + arrival.measurement.len() + i][lane] = arrival.sigmas[i];
+                let vectors = &arrival.vectors;
+                let parts = [vectors.measured, vectors.sigmas, vectors.present];
+                for (slot, number) in slots[2..].iter_mut().zip(parts.as_flattened()) {
+                    slot[lane] = *number;
                 }
                 for axis in 0..3 {
                     batch.truths_m[step][axis][lane] = encounter.truths_m[last][axis];

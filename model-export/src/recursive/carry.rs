@@ -42,18 +42,16 @@ impl Carry<f64> {
 }
 
 impl<S: Scalar> Carry<S> {
-    /// The first step: a measurement (elevation, azimuth, range, range-rate) with its standard
-    /// deviations.
-    pub fn start(
-        measured: [S; MEASUREMENT],
-        sigmas: [S; MEASUREMENT],
-        population: &Population<S>,
-    ) -> Self {
-        let (state, covariance) = start(&Vectors::whole(measured, sigmas), population);
+    /// The first step: a measurement, with an azimuth at least.
+    pub fn start(vectors: &Vectors<S>, population: &Population<S>) -> Self {
+        let (state, covariance) = start(vectors, population);
         Self {
             state,
             covariance,
-            memory: Memory::start(sigmas, [state[3], state[4], state[5]]),
+            memory: Memory::start(
+                population.sigmas_of(vectors),
+                [state[3], state[4], state[5]],
+            ),
         }
     }
 

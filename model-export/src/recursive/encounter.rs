@@ -25,25 +25,22 @@ impl Encounter {
         readings: &[Option<Reading>],
         population: &Population<f64>,
     ) -> Option<Self> {
-        let first = readings.first()?.as_ref()?;
-        let (measurement, sigmas) = polar(first);
-        let mut last_sigmas = sigmas;
+        let first = readings.first()?.as_ref()?.vectors();
+        let mut vectors = first;
         let mut arrivals = Vec::with_capacity(samples.len());
         for (pair, reading) in samples.windows(2).zip(&readings[1..]) {
-            let (measurement, sigmas) = match reading {
-                Some(reading) => polar(reading),
-                None => ([0.0; 4], last_sigmas),
-            };
-            last_sigmas = sigmas;
+            // In a gap anything finite does.
+            if let Some(reading) = reading {
+                vectors = reading.vectors();
+            }
             arrivals.push(Arrival {
                 dt_s: pair[1].time_s - pair[0].time_s,
                 measured: f64::from(u8::from(reading.is_some())),
-                measurement,
-                sigmas,
+                vectors,
             });
         }
         Some(Self {
-            start: Carry::start(measurement, sigmas, population),
+            start: Carry::start(&first, population),
             arrivals,
             truths_m: samples[1..]
                 .iter()
@@ -51,22 +48,4 @@ impl Encounter {
                 .collect(),
         })
     }
-}
-
-/// Measurement and sigmas in the filter's order: elevation, azimuth, range, range-rate.
-fn polar(reading: &Reading) -> ([f64; 4], [f64; 4]) {
-    (
-        [
-            reading.elevation_rad,
-            reading.azimuth_rad,
-            reading.range_m,
-            reading.range_rate_mps,
-        ],
-        [
-            reading.sigma_elevation_rad,
-            reading.sigma_azimuth_rad,
-            reading.sigma_range_m,
-            reading.sigma_range_rate_mps,
-        ],
-    )
 }

@@ -4,6 +4,7 @@ use super::recipe::Recipe;
 use super::trial::Cell;
 use crate::flights::flight::Flight;
 use crate::flights::generator::GeneratorSettings;
+use crate::radar::errors::Errors;
 use crate::radar::gaps::SamplingRate;
 use crate::radar::noise::{COUNTER_UAS_ANGLES_DEG, NoiseLevel, NoiseSigmas, NoiseTable};
 use crate::radar::sampling::{RadarSettings, sample_radar};
@@ -115,10 +116,11 @@ impl Scenario {
 fn scan_cell(flights: &[Flight], angle_deg: f64, stride: usize, seed: u64) -> Cell {
     let noise = NoiseSigmas::counter_uas(angle_deg);
     let settings = RadarSettings {
+        gap_phase: 0,
         noise,
+        errors: Errors::Gaussian,
         stated: noise,
         rate: SamplingRate::FULL,
-        gap_phase: 0,
         seed,
     };
     let name = format!("{angle_deg} deg, {:.0} Hz", 10.0 / stride as f64);

@@ -1,11 +1,13 @@
 //! The radars that training flights are measured by: any noise, rate and gap phase, and faults.
 
 use crate::flights::flight::Flight;
+use crate::radar::errors::{Errors, spoil};
 use crate::radar::gaps::SamplingRate;
 use crate::radar::noise::{NoiseLevel, NoiseSigmas, NoiseTable};
 use crate::radar::reading::Reading;
 use crate::radar::sampling::{RadarSettings, sample_radar};
 use crate::random_source::RandomSource;
+use bnkf::measurement::Channel;
 use serde::{Deserialize, Serialize};
 
 /// Kinds of radar, and how often they are at fault.
@@ -20,6 +22,10 @@ pub struct Sensor {
     pub outlier_share: f64,
     /// Share of flights with false alarms: readings of nothing, anywhere in the sky.
     pub false_alarm_share: f64,
+    /// Share of flights whose errors are not normal and independent.
+    pub errors_share: f64,
+    /// Share of flights whose sensor does not measure all four channels, or not all at once.
+    pub missing_share: f64,
 }
 
 /// Radars that are alike.
@@ -40,6 +46,8 @@ impl Sensor {
         misstated_share: 0.04,
         outlier_share: 0.03,
         false_alarm_share: 0.0,
+        errors_share: 0.15,
+        missing_share: 0.2,
     };
     /// What the counter-UAS model is trained under.
     pub const COUNTER_UAS: Self = Self {
@@ -47,6 +55,8 @@ impl Sensor {
         misstated_share: 0.04,
         outlier_share: 0.2,
         false_alarm_share: 0.6,
+        errors_share: 0.0,
+        missing_share: 0.0,
     };
 
     /// One draw of the sensor and its readings of `flight`; `seed` gives the readings' noise.
@@ -67,8 +77,15 @@ impl Sensor {
         } else {
             noise
         };
+        // Without a share nothing is drawn: the stream of a shipped model stays what it was.
+        let errors = if self.errors_share > 0.0 && random.chance(self.errors_share) {
+            draw_errors(random)
+        } else {
+            Errors::Gaussian
+        };
         let settings = RadarSettings {
             noise,
+            errors,
             stated,
             rate,
             gap_phase: if random.chance(0.5) {
@@ -98,7 +115,6 @@ impl Sensor {
                 }
             }
         }
-        // Without a share nothing is drawn: the stream of the shipped model stays what it was.
         if self.false_alarm_share > 0.0 && random.chance(self.false_alarm_share) {
             let often = random.uniform(0.002, 0.03);
             let range_m_max = readings.iter().flatten().map(|reading| reading.range_m);
@@ -108,6 +124,9 @@ impl Sensor {
                     imagine(reading, range_m_max, random);
                 }
             }
+        }
+        if self.missing_share > 0.0 && random.chance(self.missing_share) {
+            leave_out(&mut readings, random);
         }
         readings
     }
@@ -145,6 +164,43 @@ impl Sensor {
     }
 }
 
+/// Any errors but normal and independent ones.
+fn draw_errors(random: &mut RandomSource) -> Errors {
+    match random.below(5) {
+        0 => Errors::Quantised,
+        1 => Errors::StudentT {
+            degrees: random.uniform(3.0, 8.0),
+        },
+        2 => Errors::Glint {
+            share: random.uniform(0.03, 0.15),
+            factor: random.uniform(3.0, 8.0),
+        },
+        3 => Errors::Bias {
+            part: random.uniform(0.3, 0.8),
+            time_s: random.uniform(1.0, 20.0),
+        },
+        _ => Errors::Ranged {
+            reference_m: random.uniform(20.0, 50.0),
+        },
+    }
+}
+
+/// Leaves channels out: the range-rate, the elevation, both distances, or by turns the angles and
+/// the distances, as two sensors do. The first reading always has an azimuth.
+fn leave_out(readings: &mut [Option<Reading>], random: &mut RandomSource) {
+    const ANGLES: &[Channel] = &[Channel::Elevation, Channel::Azimuth];
+    const DISTANCES: &[Channel] = &[Channel::Range, Channel::RangeRate];
+    let by_turns = match random.below(5) {
+        0 | 1 => [&[Channel::RangeRate][..]; 2],
+        2 => [&[Channel::Elevation][..]; 2],
+        3 => [DISTANCES; 2],
+        _ => [DISTANCES, ANGLES],
+    };
+    for (reading, left_out) in readings.iter_mut().zip(by_turns.iter().cycle()) {
+        *reading = reading.map(|reading| reading.without(left_out));
+    }
+}
+
 /// Keeps every so many-th reading and misses some of those, but not the first.
 fn scan(readings: &mut [Option<Reading>], random: &mut RandomSource) {
     let stride = [1, 2, 10, 4][random.below(4)];
@@ -153,17 +209,6 @@ fn scan(readings: &mut [Option<Reading>], random: &mut RandomSource) {
         if index % stride != 0 || !random.chance(detection) {
             *reading = None;
         }
-    }
-}
-
-/// Moves one value of a reading by 5 to 50 of its standard deviations.
-pub(super) fn spoil(reading: &mut Reading, random: &mut RandomSource) {
-    let sigmas = random.sign() * random.uniform(5.0, 50.0);
-    match random.below(4) {
-        0 => reading.range_m += sigmas * reading.sigma_range_m,
-        1 => reading.elevation_rad += sigmas * reading.sigma_elevation_rad,
-        2 => reading.azimuth_rad += sigmas * reading.sigma_azimuth_rad,
-        _ => reading.range_rate_mps += sigmas * reading.sigma_range_rate_mps,
     }
 }
 
@@ -194,6 +239,39 @@ mod tests {
         (0..200)
             .map(|_| share(sensor.readings(flight, 1, &mut random)))
             .collect()
+    }
+
+    /// Every channel goes missing, also by turns; what is there has an azimuth first.
+    #[test]
+    fn channels_go_missing_and_the_first_reading_has_an_azimuth() {
+        let settings = GeneratorSettings {
+            flights: 1,
+            ..GeneratorSettings::default()
+        };
+        let flight = &generate(&settings).unwrap()[0];
+        let mut random = RandomSource::new(4, &[]);
+        let sensor = Sensor {
+            missing_share: 1.0,
+            ..Sensor::PAPER
+        };
+        let mut counts = [0; 4];
+        let mut turns = 0;
+        for _ in 0..100 {
+            let readings = sensor.readings(flight, 1, &mut random);
+            let mut present = readings.iter().flatten().map(|r| r.vectors().present);
+            let first = present.next().unwrap();
+            assert_eq!(first[1], 1.0);
+            for (count, present) in counts.iter_mut().zip(first) {
+                *count += usize::from(present == 0.0);
+            }
+            turns += usize::from(present.any(|later| later != first));
+            assert!(readings.iter().flatten().all(|r| r.missing().is_some()));
+        }
+        assert!(
+            counts[0] > 5 && counts[2] > 15 && counts[3] > 40,
+            "{counts:?}"
+        );
+        assert!(turns > 8, "{turns}");
     }
 
     #[test]

@@ -27,14 +27,13 @@ pub struct Arrival<S> {
     pub dt_s: S,
     /// One when there is a measurement, zero in a gap.
     pub measured: S,
-    /// Elevation (rad), azimuth (rad), range (m), range-rate (m/s); anything finite in a gap.
-    pub measurement: [S; MEASUREMENT],
-    /// Their standard deviations.
-    pub sigmas: [S; MEASUREMENT],
+    /// Elevation (rad), azimuth (rad), range (m), range-rate (m/s), their standard deviations, and
+    /// which of them were measured; anything finite in a gap.
+    pub vectors: Vectors<S>,
 }
 
 /// Numbers in an [`Arrival`].
-pub const ARRIVAL: usize = 2 + 2 * MEASUREMENT;
+pub const ARRIVAL: usize = 2 + 3 * MEASUREMENT;
 
 /// Inputs of the filter program: carry, network outputs, arrival, true position.
 pub const FILTER_INPUTS: usize = CARRY + OUTPUTS + ARRIVAL + 3;
@@ -104,7 +103,7 @@ pub fn advance<S: Scalar>(
         sensor_scale: schedule.sensor_scale,
         dt_s: arrival.dt_s,
     };
-    let vectors = Vectors::whole(arrival.measurement, arrival.sigmas);
+    let vectors = arrival.vectors;
     let odds = hypotheses.odds(&carry.memory.counts);
     let (mixture, whitened) = match weighing {
         Weighing::All => interval.weigh(&state, &covariance, &vectors, &hypotheses, &odds),
@@ -193,8 +192,11 @@ pub fn filter_program(parameters: &Parameters<f64>, weighing: Weighing) -> Progr
         let arrival = Arrival {
             dt_s: arrival[0],
             measured: arrival[1],
-            measurement: core::array::from_fn(|i| arrival[2 + i]),
-            sigmas: core::array::from_fn(|i| arrival[2 + MEASUREMENT + i]),
+            vectors: Vectors {
+                measured: core::array::from_fn(|i| arrival[2 + i]),
+                sigmas: core::array::from_fn(|i| arrival[2 + MEASUREMENT + i]),
+                present: core::array::from_fn(|i| arrival[2 + 2 * MEASUREMENT + i]),
+            },
         };
         let carry = Carry::unflatten(carry);
         let next = advance(&carry, outputs, &arrival, parameters, weighing);
@@ -239,6 +241,10 @@ mod tests {
         bnkf::radar::predict(position, velocity).measurement
     }
 
+    fn first() -> Vectors<f64> {
+        Vectors::whole(reading(0.0), SIGMAS)
+    }
+
     fn step_inputs(carry: &Carry<f64>, outputs: &[f64], k: usize, measured: f64) -> Vec<f64> {
         let time_s = 0.1 * k as f64;
         let mut inputs = carry.flatten();
@@ -246,6 +252,7 @@ mod tests {
         inputs.extend([0.1, measured]);
         inputs.extend(reading(time_s));
         inputs.extend(SIGMAS);
+        inputs.extend([1.0; 4]);
         inputs.extend(circle(time_s).0);
         inputs
     }
@@ -256,15 +263,14 @@ mod tests {
 
     #[test]
     fn the_base_model_follows_a_circle() {
-        let mut carry = Carry::start(reading(0.0), SIGMAS, &Population::PAPER);
+        let mut carry = Carry::start(&first(), &Population::PAPER);
         for k in 1..150 {
             let inputs = step_inputs(&carry, &[], k, f64::from(u8::from(k % 15 < 8)));
             let (arrival, _) = inputs[CARRY..].split_at(ARRIVAL);
             let arrival = Arrival {
                 dt_s: arrival[0],
                 measured: arrival[1],
-                measurement: core::array::from_fn(|i| arrival[2 + i]),
-                sigmas: SIGMAS,
+                vectors: Vectors::whole(core::array::from_fn(|i| arrival[2 + i]), SIGMAS),
             };
             carry = advance(
                 &carry,
@@ -286,7 +292,7 @@ mod tests {
     fn the_program_is_the_plain_step_and_its_gradient_is_right() {
         let program = filter_program(&Parameters::PAPER, Weighing::All);
         let mut workspace = program.workspace();
-        let mut carry = Carry::start(reading(0.0), SIGMAS, &Population::PAPER).flatten();
+        let mut carry = Carry::start(&first(), &Population::PAPER).flatten();
         let wave: Vec<f64> = (0..OUTPUTS).map(|i| 0.3 * (1.7 * i as f64).sin()).collect();
         let mut outputs = vec![ZERO; FILTER_OUTPUTS];
         for k in 1..20 {

@@ -1,9 +1,9 @@
 //! Flights and faults that a tracker must survive: no NaN, no covariance that is not positive
 //! definite, every restart explained.
 
-use super::sensor::spoil;
 use super::trial::{Trial, score};
 use crate::flights::flight::{Flight, Sample};
+use crate::radar::errors::spoil;
 use crate::radar::gaps::SamplingRate;
 use crate::radar::noise::{NoiseLevel, NoiseTable};
 use crate::radar::sampling::{RadarSettings, sample_radar, time_us};
