@@ -49,10 +49,15 @@ pub struct Scenario {
 }
 
 /// The scenarios that are part of the program: name and text.
-pub const BUILT_IN: [(&str, &str); 3] = [
+pub const BUILT_IN: [(&str, &str); 5] = [
     ("paper", include_str!("../scenarios/paper.toml")),
     ("counter-uas", include_str!("../scenarios/counter-uas.toml")),
     ("agile", include_str!("../scenarios/agile.toml")),
+    ("two-radars", include_str!("../scenarios/two-radars.toml")),
+    (
+        "moving-radar",
+        include_str!("../scenarios/moving-radar.toml"),
+    ),
 ];
 
 /// Longest scenario file, bytes.
@@ -117,6 +122,7 @@ mod tests {
     use bnkf_model_export::radar::noise::{
         COUNTER_UAS_ANGLES_DEG, NoiseLevel, NoiseSigmas, NoiseTable,
     };
+    use bnkf_model_export::radar::sensors::Sensors;
     use bnkf_model_export::recursive::scenario::{
         COUNTER_UAS_MISSED, COUNTER_UAS_STRIDES, Scenario as Trained,
     };
@@ -156,6 +162,77 @@ mod tests {
         assert_eq!(
             (agile.duration_s, agile.rate_hz),
             (paper.duration_s, paper.rate_hz)
+        );
+    }
+
+    /// Only the radars' places differ, so that results compare.
+    #[test]
+    fn other_radars_see_the_papers_flights() {
+        let find = |name: &str| Scenario::find(Path::new(name)).unwrap();
+        let paper = find("paper");
+        let two = Sensors::ByTurns(vec![[-20.0, 0.0, 0.0], [20.0, 0.0, 0.0]]);
+        let moving = Sensors::Circling {
+            radius_m: 20.0,
+            speed_mps: 15.0,
+        };
+        for (name, sensors) in [("two-radars", two), ("moving-radar", moving)] {
+            let scenario = find(name);
+            assert_eq!(scenario.radar.sensors, sensors);
+            assert_eq!(scenario.volume, paper.volume);
+            assert_eq!(scenario.radar.tables, [NoiseTable::Radians]);
+            let radar = Radar {
+                tables: paper.radar.tables.clone(),
+                sensors: Sensors::Origin,
+                ..scenario.radar
+            };
+            assert_eq!(radar, paper.radar);
+            let Scenario {
+                count,
+                duration_s,
+                rate_hz,
+                kind,
+                ..
+            } = scenario;
+            assert_eq!((count, kind), (paper.count, paper.kind));
+            assert_eq!((duration_s, rate_hz), (paper.duration_s, paper.rate_hz));
+        }
+    }
+
+    #[test]
+    fn places_of_radars_have_bounds_that_are_named() {
+        let site = "[[radar.site]]\neast_m = 1.0\nnorth_m = 2.0\nup_m = 3.0\n";
+        let circle = "[radar.circle]\nradius_m = 20.0\nspeed_mps = 15.0\n";
+        let (_, paper) = BUILT_IN[0];
+        let cases = [
+            (
+                site.replace("1.0", "6e4"),
+                "`east_m` = 60000 is not between",
+            ),
+            (site.replace("2.0", "nan"), "`north_m` = NaN is not between"),
+            (site.replace("up_m", "down_m"), "unknown field `down_m`"),
+            (site.repeat(11), "`site`: 11 of them, at most 10"),
+            (
+                format!("{site}{circle}"),
+                "`site` and `circle` exclude each other",
+            ),
+            (
+                circle.replace("20.0", "0.0"),
+                "`radius_m` = 0 is not between",
+            ),
+            (
+                circle.replace("15.0", "1e3"),
+                "`speed_mps` = 1000 is not between",
+            ),
+        ];
+        for (added, message) in cases {
+            let error = Scenario::parse(&format!("{paper}\n{added}"), "s.toml").unwrap_err();
+            let error = error.to_string();
+            assert!(error.contains(message), "{added}: {error}");
+        }
+        let scenario = Scenario::parse(&format!("{paper}\n{}", site.repeat(10)), "s.toml").unwrap();
+        assert_eq!(
+            scenario.radar.sensors,
+            Sensors::ByTurns(vec![[1.0, 2.0, 3.0]; 10])
         );
     }
 

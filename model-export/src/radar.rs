@@ -3,5 +3,7 @@
 pub mod gaps;
 pub mod noise;
 pub mod polar;
+pub mod pose;
 pub mod reading;
 pub mod sampling;
+pub mod sensors;

@@ -6,7 +6,8 @@ use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::radar::gaps::SamplingRate;
 use bnkf_model_export::radar::noise::{NoiseLevel, NoiseSigmas, NoiseTable};
 use bnkf_model_export::radar::reading::Reading;
-use bnkf_model_export::radar::sampling::{RadarSettings, sample_radar};
+use bnkf_model_export::radar::sampling::{RadarSettings, sample_radars};
+use bnkf_model_export::radar::sensors::Sensors;
 use bnkf_model_export::random_source::RandomSource;
 use bnkf_model_export::seed;
 use serde::{Deserialize, Serialize};
@@ -53,6 +54,8 @@ pub struct Radar {
     pub range_m_max: f64,
     /// Standard deviations that readings state, over the true ones; 1 for an honest radar.
     pub stated_factor: f64,
+    /// Where the radars are.
+    pub sensors: Sensors,
 }
 
 impl Radar {
@@ -67,6 +70,7 @@ impl Radar {
             false_alarm_probability: 0.0,
             range_m_max: 50.0,
             stated_factor: 1.0,
+            sensors: Sensors::Origin,
         }
     }
 
@@ -118,9 +122,14 @@ impl Radar {
             gap_phase: 0,
             seed,
         };
-        let mut readings = sample_radar(flight, &settings);
+        let stride = if every_sample {
+            (1.0 / condition.rate.get()).round() as usize
+        } else {
+            1
+        };
+        let pose = |index: usize, time_s| self.sensors.pose(index / stride, time_s);
+        let mut readings = sample_radars(flight, &settings, pose);
         if every_sample {
-            let stride = (1.0 / condition.rate.get()).round() as usize;
             for (index, reading) in readings.iter_mut().enumerate() {
                 if index % stride != 0 {
                     *reading = None;
@@ -174,8 +183,23 @@ mod tests {
     use bnkf_model_export::radar::gaps::SamplingRate;
     use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
     use bnkf_model_export::radar::sampling::{RadarSettings, sample_radar};
+    use bnkf_model_export::radar::sensors::Sensors;
 
     use super::{Condition, Pattern, Radar};
+
+    /// Radars take turns by scans, not by samples: a slower scan does not leave one of them out.
+    #[test]
+    fn turns_are_counted_in_scans() {
+        let radar = Radar {
+            pattern: Pattern::Even,
+            sensors: Sensors::ByTurns(vec![[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]),
+            ..Radar::paper(NoiseTable::Radians)
+        };
+        let readings = radar.readings(&flight(), HALF, 1);
+        let places = readings.iter().flatten().map(|r| r.sensor.position_m[0]);
+        let expected = [1.0, 2.0].into_iter().cycle().take(places.clone().count());
+        assert!(places.clone().count() > 3 && places.eq(expected));
+    }
 
     fn flight() -> Flight {
         let row = |i: i32| [0.1 * f64::from(i), 20.0, 10.0, 5.0];

@@ -9,6 +9,7 @@ use bnkf_model_export::flights::generator::NOMINAL_S_MAX;
 use bnkf_model_export::flights::volume::{Volume, VolumeError};
 use bnkf_model_export::radar::gaps::SamplingRate;
 use bnkf_model_export::radar::noise::{NoiseSigmas, NoiseTable};
+use bnkf_model_export::radar::sensors::Sensors;
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -25,6 +26,8 @@ const RANGE_M_MAX: f64 = 50_000.0;
 /// Smallest part of the samples that is measured, and most such parts.
 const RATE_MIN: f64 = 0.001;
 const RATES_MAX: usize = 10;
+/// Most radars that measure by turns.
+const SITES_MAX: usize = 10;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -68,6 +71,9 @@ struct RadarTable {
     pattern: Pattern,
     detection_probability: Spanned<f64>,
     false_alarm_probability: Spanned<f64>,
+    #[serde(default)]
+    site: Vec<Site>,
+    circle: Option<Circle>,
     low: Sigmas,
     medium: Sigmas,
     high: Sigmas,
@@ -80,6 +86,23 @@ struct Sigmas {
     elevation: Spanned<f64>,
     azimuth: Spanned<f64>,
     range_rate_mps: Spanned<f64>,
+}
+
+/// One of several radars that measure by turns.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Site {
+    east_m: Spanned<f64>,
+    north_m: Spanned<f64>,
+    up_m: Spanned<f64>,
+}
+
+/// The circle that a radar drives on.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Circle {
+    radius_m: Spanned<f64>,
+    speed_mps: Spanned<f64>,
 }
 
 /// Where an error belongs.
@@ -222,6 +245,39 @@ impl Place<'_> {
         }
     }
 
+    /// Where the radars are: one in the origin, sites by turns, or one that drives.
+    fn sensors(&self, radar: &RadarTable) -> Result<Sensors, ScenarioError> {
+        if let Some(circle) = &radar.circle {
+            let span = circle.radius_m.span();
+            if !radar.site.is_empty() {
+                return Err(self.error(Some(span), "`site` and `circle` exclude each other"));
+            }
+            return Ok(Sensors::Circling {
+                radius_m: self.within(&circle.radius_m, "radius_m", 0.1..=RANGE_M_MAX)?,
+                speed_mps: self.within(&circle.speed_mps, "speed_mps", -300.0..=300.0)?,
+            });
+        }
+        if radar.site.len() > SITES_MAX {
+            let span = radar.site[SITES_MAX].east_m.span();
+            let message = format!("`site`: {} of them, at most {SITES_MAX}", radar.site.len());
+            return Err(self.error(Some(span), &message));
+        }
+        let place = -RANGE_M_MAX..=RANGE_M_MAX;
+        let mut sites = Vec::with_capacity(radar.site.len());
+        for site in &radar.site {
+            sites.push([
+                self.within(&site.east_m, "east_m", place.clone())?,
+                self.within(&site.north_m, "north_m", place.clone())?,
+                self.within(&site.up_m, "up_m", place.clone())?,
+            ]);
+        }
+        Ok(if sites.is_empty() {
+            Sensors::Origin
+        } else {
+            Sensors::ByTurns(sites)
+        })
+    }
+
     /// Every field is within its bounds, and still all together may be too much.
     fn samples(&self, flights: &Flights, count: usize) -> Result<(), ScenarioError> {
         let samples = (flights.duration_s.get_ref() * flights.rate_hz.get_ref()).round();
@@ -302,6 +358,7 @@ pub fn parse(text: &str, file: &str) -> Result<Scenario, ScenarioError> {
             )?,
             range_m_max: volume.range_m_max,
             stated_factor: 1.0,
+            sensors: place.sensors(radar)?,
         },
     };
     place.samples(flights, scenario.count.max(scenario.quick_count))?;

@@ -1,10 +1,11 @@
 //! One simulated radar reading in f64, as the host's filters take it.
 
+use crate::radar::pose::Pose;
 use bnkf::{Measurement, Sensed};
 
 /// Range, elevation, azimuth and range-rate at one instant, with their standard deviations.
 ///
-/// Frame: x east, y north, z up, radar at the origin; azimuth from +x towards +y, elevation from
+/// Frame: x east, y north, z up, counted from the radar's own place; azimuth from +x towards +y, elevation from
 /// the horizontal plane, range-rate positive outbound. A noisy range may be negative, a noisy
 /// elevation may pass the zenith; the azimuth stays in `(-pi, pi]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,6 +28,8 @@ pub struct Reading {
     pub sigma_azimuth_rad: f64,
     /// Standard deviation of the range-rate, metres per second.
     pub sigma_range_rate_mps: f64,
+    /// Where the radar was and how it moved.
+    pub sensor: Pose,
 }
 
 impl From<&Reading> for Measurement {
@@ -44,6 +47,7 @@ impl From<&Reading> for Measurement {
             elevation: sensed(reading.elevation_rad, reading.sigma_elevation_rad),
             azimuth: sensed(reading.azimuth_rad, reading.sigma_azimuth_rad),
             range_rate: sensed(reading.range_rate_mps, reading.sigma_range_rate_mps),
+            sensor: reading.sensor.into(),
         }
     }
 }
