@@ -52,7 +52,7 @@ fn answers(calls: &[Call]) -> Vec<Estimate> {
 }
 
 /// A kilometre away, east, south and up: a radar that stands gives the same covariances and velocities to
-/// the bit, and positions to the rounding of a coordinate of a kilometre (half of 2^-14 m); of one that
+/// the bit, and positions to the rounding of a coordinate beyond 1,024 m (half of 2^-13 m); of one that
 /// drives, whose own coordinates are rounded, positions to a millimetre.
 #[test]
 fn where_the_worlds_origin_is_changes_nothing() {
@@ -63,8 +63,8 @@ fn where_the_worlds_origin_is_changes_nothing() {
         speed_mps: 15.0,
     };
     for (sensors, position_m, identical) in [
-        (&Sensors::Origin, 3.1e-5, true),
-        (&sites, 3.1e-5, true),
+        (&Sensors::Origin, 6.5e-5, true),
+        (&sites, 6.5e-5, true),
         (&circle, 1e-3, false),
     ] {
         for flight in &flights(4, 5) {

@@ -15,8 +15,8 @@ pub struct Sensor {
     pub velocity_mps: [f32; 3],
 }
 
-/// Largest coordinate of a sensor, m: the largest range. Single precision resolves 0.03 m there,
-/// and 0.03 mm at a kilometre: an origin near the sensors serves best.
+/// Largest coordinate of a sensor, m: the largest range. Single precision resolves 0.06 m there,
+/// and 0.06 mm at a kilometre: an origin near the sensors serves best.
 pub const SENSOR_POSITION_MAX_M: f32 = RANGE_MAX_M;
 /// Largest component of a sensor's velocity, m/s: the largest range-rate.
 pub const SENSOR_VELOCITY_MAX_MPS: f32 = RANGE_RATE_MAX_MPS;

@@ -90,9 +90,12 @@ impl Candidate {
             return Verdict::Over;
         }
         let vectors = Vectors::from(measurement);
-        let agreed = match moved.corrected(&vectors, measurement.sensor.velocity_mps, [1.0; 3]) {
+        let sensor_mps = measurement.sensor.velocity_mps;
+        moved.relative_to(sensor_mps);
+        let agreed = match moved.corrected(&vectors, [1.0; 3]) {
             Some((corrected, whitened)) if corrected.nis < AGREEMENT_NIS => {
                 moved.take(&corrected);
+                moved.over_ground(sensor_mps);
                 moved.memory.measured(whitened, &vectors);
                 if elapsed_s > 0.0 {
                     // No network, no notes: those that a deposed track has stay.

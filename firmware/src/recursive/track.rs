@@ -58,12 +58,13 @@ impl Track {
         }
         let vectors = Vectors::from(measurement);
         let sensor = &measurement.sensor;
-        let (state, covariance) = if sensor.velocity_mps == [0.0; 3] {
-            start(&vectors, population)
+        // One call: two would not be inlined, and weigh on the stack of every step.
+        let still = if sensor.velocity_mps == [0.0; 3] {
+            vectors
         } else {
-            let still = at_rest(&vectors, sensor.velocity_mps, population);
-            start(&still, population)
+            at_rest(&vectors, sensor.velocity_mps, population)
         };
+        let (state, covariance) = start(&still, population);
         // A sensor without a channel is as blunt there as the population is.
         let blunt = [
             population.elevation_sigma_rad,
@@ -121,6 +122,20 @@ impl Track {
         self.sensor_m = sensor_m;
     }
 
+    /// Makes the velocity relative to a sensor's (m/s), which is what its measurement is compared with and
+    /// corrects; [`Track::over_ground`] makes it what it is everywhere else. In place: a second state
+    /// beside a correction would weigh on the stack of every step.
+    pub fn relative_to(&mut self, sensor_mps: [f32; 3]) {
+        for axis in 0..3 {
+            self.state[3 + axis] -= sensor_mps[axis];
+        }
+    }
+
+    /// Undoes [`Track::relative_to`].
+    pub fn over_ground(&mut self, sensor_mps: [f32; 3]) {
+        self.relative_to(sensor_mps.map(|v| 0.0 - v));
+    }
+
     /// The line of sight to the position.
     pub fn sight(&self) -> LineOfSight<f32> {
         LineOfSight::to([self.state[0], self.state[1], self.state[2]])
@@ -147,21 +162,17 @@ impl Track {
         interval.doubt(&mut self.covariance, hypotheses, odds);
     }
 
-    /// What a measurement of a sensor with this velocity (m/s) makes of the prediction over `interval`
-    /// under all hypotheses, and its whitened innovations; `None` where single precision overflows, or
-    /// rounding spoils it.
+    /// What a measurement makes of the prediction over `interval` under all hypotheses, and its
+    /// whitened innovations; `None` where single precision overflows, or rounding spoils it.
     pub fn weighed(
         &self,
         vectors: &Vectors<f32>,
-        sensor_mps: [f32; 3],
         interval: &Interval<f32>,
         hypotheses: &Hypotheses<f32>,
         odds: &[f32; HYPOTHESES],
     ) -> Option<(Mixture<f32>, [f32; 4])> {
-        let state = relative(&self.state, sensor_mps);
-        let (mut mixture, whitened) =
-            interval.weigh(&state, &self.covariance, vectors, hypotheses, odds);
-        mixture.corrected.state = over_ground(&mixture.corrected.state, sensor_mps);
+        let (mixture, whitened) =
+            interval.weigh(&self.state, &self.covariance, vectors, hypotheses, odds);
         mixture.corrected.checked().ok()?;
         Some((mixture, whitened))
     }
@@ -176,17 +187,14 @@ impl Track {
         }
     }
 
-    /// What a measurement of a sensor with this velocity (m/s) makes of the state, and its whitened
-    /// innovations; `None` where single precision overflows, or rounding spoils it.
+    /// What a measurement makes of the state, and its whitened innovations; `None` where single
+    /// precision overflows, or rounding spoils it.
     pub fn corrected(
         &self,
         vectors: &Vectors<f32>,
-        sensor_mps: [f32; 3],
         scale: [f32; 3],
     ) -> Option<(Corrected<f32, 9>, [f32; 4])> {
-        let state = relative(&self.state, sensor_mps);
-        let (mut corrected, whitened) = correct(&state, &self.covariance, vectors, scale);
-        corrected.state = over_ground(&corrected.state, sensor_mps);
+        let (corrected, whitened) = correct(&self.state, &self.covariance, vectors, scale);
         Some((corrected.checked().ok()?, whitened))
     }
 
@@ -228,20 +236,6 @@ impl Track {
             }),
         }
     }
-}
-
-/// The state with its velocity relative to a sensor's, m/s: what the measurement function sees.
-fn relative(state: &State<f32>, sensor_mps: [f32; 3]) -> State<f32> {
-    let mut seen = *state;
-    for axis in 0..3 {
-        seen[3 + axis] -= sensor_mps[axis];
-    }
-    seen
-}
-
-/// The inverse of [`relative`].
-fn over_ground(state: &State<f32>, sensor_mps: [f32; 3]) -> State<f32> {
-    relative(state, sensor_mps.map(|v| 0.0 - v))
 }
 
 #[cfg(test)]
@@ -374,9 +368,7 @@ mod tests {
     fn a_correction_is_counted_and_an_estimate_is_the_track() {
         let mut track = track();
         let vectors = Vectors::from(&first());
-        let (corrected, whitened) = track
-            .corrected(&vectors, [0.0; 3], [1.0; 3])
-            .expect("sound");
+        let (corrected, whitened) = track.corrected(&vectors, [1.0; 3]).expect("sound");
         assert!(whitened.iter().all(|y| y.abs() < 1.0));
         let before = track.covariance[0][0];
         track.take(&corrected);
@@ -450,8 +442,10 @@ mod tests {
         let gain = prior * jacobian.transpose() * innovation.try_inverse().expect("regular");
         let mean = SVector::<f64, 9>::from(world) + gain * away;
         let spread = prior - gain * jacobian * prior;
-        let corrected = track.corrected(&vectors, sensor.velocity_mps, [1.0; 3]);
+        track.relative_to(sensor.velocity_mps);
+        let corrected = track.corrected(&vectors, [1.0; 3]);
         track.take(&corrected.expect("sound").0);
+        track.over_ground(sensor.velocity_mps);
         let estimate = track.estimate(0.0, Mode::Tracking, false, Doubt::NONE);
         let motion = estimate.motion.expect("recursive");
         for i in 0..3 {
@@ -470,22 +464,29 @@ mod tests {
     fn only_the_relative_velocity_counts() {
         let vectors = Vectors::from(&first());
         let own = [3.0, -2.0, 1.0];
-        let plain = track().corrected(&vectors, own, [1.0; 3]).expect("sound");
+        let corrected = |mut track: Track, own: [f32; 3]| {
+            track.relative_to(own);
+            let (corrected, _) = track.corrected(&vectors, [1.0; 3]).expect("sound");
+            track.take(&corrected);
+            track.over_ground(own);
+            (track.state, corrected.nis)
+        };
+        let (plain, nis) = corrected(track(), own);
         let mut boosted = track();
         let boost = [16.0, 8.0, -4.0];
         for axis in 0..3 {
             boosted.state[3 + axis] += boost[axis];
         }
         let own = core::array::from_fn(|axis| own[axis] + boost[axis]);
-        let moved = boosted.corrected(&vectors, own, [1.0; 3]).expect("sound");
-        assert!((plain.0.nis - moved.0.nis).abs() < 1e-3 * plain.0.nis);
+        let (moved, moved_nis) = corrected(boosted, own);
+        assert!((nis - moved_nis).abs() < 1e-3 * nis);
         for i in 0..9 {
             let boost = if (3..6).contains(&i) {
                 boost[i - 3]
             } else {
                 0.0
             };
-            assert!((moved.0.state[i] - plain.0.state[i] - boost).abs() < 1e-5);
+            assert!((moved[i] - plain[i] - boost).abs() < 1e-5);
         }
     }
 
@@ -520,7 +521,7 @@ mod tests {
         track.covariance[0][0] = f32::INFINITY;
         assert!(
             track
-                .corrected(&Vectors::from(&first()), [0.0; 3], [1.0; 3])
+                .corrected(&Vectors::from(&first()), [1.0; 3])
                 .is_none()
         );
     }

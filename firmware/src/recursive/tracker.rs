@@ -118,9 +118,10 @@ impl<'a> Recursive<'a> {
         let hypotheses = &self.parameters.hypotheses;
         let odds = hypotheses.odds(&track.memory.counts);
         let mut nis = NIS_MAX;
+        track.relative_to(sensor_mps);
         // Not named before: a second mixture would lie on the stack.
         if let Some((mixture, whitened)) =
-            track.weighed(&vectors, sensor_mps, &step.interval, hypotheses, &odds)
+            track.weighed(&vectors, &step.interval, hypotheses, &odds)
         {
             nis = mixture.corrected.nis;
             if nis < GATE_NIS as f32 || odds[OUTLIER] < OFTEN_WRONG as f32 {
@@ -131,6 +132,7 @@ impl<'a> Recursive<'a> {
             }
             if nis < GATE_NIS as f32 {
                 track.take(&mixture.corrected);
+                track.over_ground(sensor_mps);
                 track.memory.explained(mixture.shares);
                 if !track.settle() {
                     return self.start(measurement, Mode::Restarted);
@@ -140,6 +142,7 @@ impl<'a> Recursive<'a> {
                 return self.used(measurement, &mixture);
             }
         }
+        track.over_ground(sensor_mps);
         track.memory.refused();
         track.doubt(&step.interval, hypotheses, &odds);
         if !track.settle() {
