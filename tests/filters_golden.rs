@@ -10,6 +10,7 @@ use bnkf_host_sim::baseline::motion::WhiteAcceleration;
 use bnkf_host_sim::baseline::origin::Origin;
 use bnkf_host_sim::baseline::sigma_points::Spread;
 use bnkf_host_sim::filter::{Filter, Start};
+use bnkf_model_export::radar::pose::Pose;
 use bnkf_model_export::radar::reading::Reading;
 use nalgebra::{Matrix6, Vector6};
 use serde_json::Value;
@@ -47,6 +48,7 @@ fn reading(level: &Value, z: &Value, time_us: u64) -> Reading {
         sigma_elevation_rad: number(&sigmas["elevation_rad"]),
         sigma_azimuth_rad: number(&sigmas["azimuth_rad"]),
         sigma_range_rate_mps: number(&sigmas["range_rate_mps"]),
+        sensor: Pose::ORIGIN,
     }
 }
 

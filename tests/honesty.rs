@@ -2,8 +2,8 @@
 //! one, on every shipped blob, the default one first.
 
 use bnkf::blob::Blob;
-use bnkf::{Channel, Estimate, Measurement, MeasurementError, Mode, Sensed, Settings, StepError};
-use bnkf::{Tracker, WrappingClock};
+use bnkf::{Channel, Estimate, Measurement, MeasurementError, Mode, Sensed, Sensor, Settings};
+use bnkf::{StepError, Tracker, WrappingClock};
 use nalgebra::SMatrix;
 
 const RECURSIVE: &[u8] = include_bytes!("../models/recursive.bnkf");
@@ -31,6 +31,7 @@ fn z(i: u64) -> Measurement {
         elevation: sensed(0.4, 0.005),
         azimuth: sensed(0.5, 0.005),
         range_rate: sensed(0.0, 0.05),
+        sensor: Sensor::ORIGIN,
     }
 }
 
@@ -217,6 +218,7 @@ fn a_target_faster_than_the_model_is_tracked_and_said_to_be_outside() {
                 elevation: sensed(200.0_f32.atan2(level), 0.005),
                 azimuth: sensed(800.0_f32.atan2(east), 0.005),
                 range_rate: sensed(east * speed / range, 0.2),
+                sensor: Sensor::ORIGIN,
             };
             let estimate = tracker.step(&measurement).unwrap();
             assert_sound(&estimate);
@@ -463,6 +465,7 @@ fn exact_and_blunt_channels_together_start_soundly() {
                                 elevation: sensed(elevation, sigmas[1]),
                                 azimuth: sensed(azimuth, sigmas[2]),
                                 range_rate: sensed(jitter, sigmas[3]),
+                                sensor: Sensor::ORIGIN,
                             };
                             match tracker.step(&measurement) {
                                 Ok(estimate) => {

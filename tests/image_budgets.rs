@@ -17,6 +17,7 @@ use bnkf_model_export::posterior::gaussian_weights::GaussianWeights;
 use bnkf_model_export::radar::gaps::SamplingRate;
 use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 use bnkf_model_export::radar::sampling::RadarSettings;
+use bnkf_model_export::radar::sensors::Sensors;
 use bnkf_model_export::random_source::RandomSource;
 
 /// Untrained weights: what a step costs hardly depends on their values.
@@ -55,7 +56,7 @@ fn assert_within_budgets(bytes: &[u8], runs: &[(u16, &str)]) {
     .remove(0);
     let (noise, table) = (NoiseLevel::Medium, NoiseTable::Radians);
     let radar = RadarSettings::paper(noise, table, SamplingRate::THREE_QUARTERS, 1);
-    let steps = record(&flight, &radar);
+    let steps = record(&flight, &radar, &Sensors::Origin);
     let blob = Blob::parse(bytes).unwrap();
     let limits: toml::Table = include_str!("image_budgets.toml").parse().unwrap();
     for &(passes, name) in runs {

@@ -22,6 +22,7 @@ use bnkf_model_export::flights::generator::{GeneratorSettings, generate};
 use bnkf_model_export::radar::gaps::SamplingRate;
 use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 use bnkf_model_export::radar::sampling::RadarSettings;
+use bnkf_model_export::radar::sensors::Sensors;
 
 const BNKF: &[u8] = include_bytes!("golden/tiny_bnkf.bnkf");
 const BNKFE: &[u8] = include_bytes!("golden/tiny_bnkfe.bnkf");
@@ -42,6 +43,11 @@ fn boot(image: &Path) -> ImageSession {
 
 /// A built-in flight of 150 samples at medium noise, one sample in four not measured.
 fn flight() -> Vec<RecordedStep> {
+    flight_from(&Sensors::Origin)
+}
+
+/// The same from other radars.
+fn flight_from(sensors: &Sensors) -> Vec<RecordedStep> {
     let settings = GeneratorSettings {
         flights: 1,
         ..GeneratorSettings::default()
@@ -53,7 +59,7 @@ fn flight() -> Vec<RecordedStep> {
         SamplingRate::THREE_QUARTERS,
         1,
     );
-    record(&flight, &radar)
+    record(&flight, &radar, sensors)
 }
 
 fn run(image: &Path, blob: &[u8], correction: Correction, steps: &[RecordedStep]) -> Comparison {
@@ -113,6 +119,30 @@ fn every_estimate_of_the_recursive_tracker_is_identical() {
         assert_identical(&comparison);
         assert_eq!(comparison.refused, 0);
     }
+}
+
+#[test]
+fn sensors_that_move_and_take_turns_are_identical() {
+    let bytes = untrained::recursive_blob(42);
+    let image = image(&bytes);
+    let blob = Blob::parse(&bytes).unwrap();
+    let moving = Sensors::Circling {
+        radius_m: 20.0,
+        speed_mps: 15.0,
+    };
+    let two = Sensors::ByTurns(vec![[-20.0, 0.0, 0.0], [20.0, 0.0, 1000.0]]);
+    for sensors in [moving, two] {
+        let steps = flight_from(&sensors);
+        let comparison = compare(&mut boot(&image), blob, Settings::of(&blob), &steps).unwrap();
+        assert_identical(&comparison);
+        assert_eq!(comparison.refused, 0);
+    }
+    // A memoryless blob refuses them, on both sides.
+    let image = self::image(BNKF);
+    let steps = flight_from(&Sensors::ByTurns(vec![[0.0; 3], [1.0, 0.0, 0.0]]));
+    let comparison = run(&image, BNKF, Correction::Converted, &steps);
+    assert_identical(&comparison);
+    assert!(comparison.refused > 40, "{}", comparison.refused);
 }
 
 #[test]

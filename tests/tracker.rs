@@ -2,7 +2,7 @@
 
 use bnkf::blob::Blob;
 use bnkf::{
-    Channel, Correction, Estimate, Measurement, MeasurementError, Mode, Sensed, Settings,
+    Channel, Correction, Estimate, Measurement, MeasurementError, Mode, Sensed, Sensor, Settings,
     StepError, Tracker, TrackerError,
 };
 
@@ -27,6 +27,7 @@ fn measurement(time_us: u64) -> Measurement {
         elevation: sensed(0.4, 0.001),
         azimuth: sensed(-2.0 + angle, 0.001),
         range_rate: sensed(0.1, 0.01),
+        sensor: Sensor::ORIGIN,
     }
 }
 

@@ -57,7 +57,8 @@ impl Doubt {
     };
 }
 
-/// Position and covariance at one instant; frame x east, y north, z up, radar at the origin.
+/// Position and covariance at one instant; x east, y north, z up, origin as in
+/// the measurements.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// Time, microseconds, of the measurement or of the call to coast.

@@ -3,6 +3,7 @@
 use core::f32::consts::{FRAC_PI_2, PI};
 
 use crate::scalar::Scalar;
+use crate::sensor::{Sensor, SensorError};
 
 /// One measured quantity and the standard deviation (1 sigma) that the sensor claims for it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,8 +17,9 @@ pub struct Sensed {
 /// One radar measurement: range, elevation, azimuth and range-rate at one instant, each of them
 /// there or not.
 ///
-/// Frame: x east, y north, z up, radar at the origin. Azimuth runs from +x towards +y, elevation
-/// from the horizontal plane, range-rate is positive outbound. A noisy range may be negative, which
+/// Frame: x east, y north, z up; range and angles count from the sensor, whose place and motion are
+/// the measurement's own. Azimuth runs from +x towards +y, elevation from the horizontal plane,
+/// range-rate is relative to the sensor and positive outbound. A noisy range may be negative, which
 /// is the point opposite; a noisy elevation may pass the vertical.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measurement {
@@ -31,6 +33,9 @@ pub struct Measurement {
     pub azimuth: Option<Sensed>,
     /// Range-rate, m/s; magnitude at most [`RANGE_RATE_MAX_MPS`].
     pub range_rate: Option<Sensed>,
+    /// Where the sensor is at this time and how it moves; [`Sensor::ORIGIN`] for one that makes the
+    /// frame.
+    pub sensor: Sensor,
 }
 
 /// Largest range, m: a thousand kilometres, beyond every radar's horizon; its fourth power is still
@@ -96,6 +101,8 @@ pub enum MeasurementError {
     Sigma(Channel),
     /// All four channels are missing.
     Empty,
+    /// The sensor's position or velocity.
+    Sensor(SensorError),
 }
 
 impl core::fmt::Display for Channel {
@@ -122,6 +129,7 @@ impl core::fmt::Display for MeasurementError {
                 write!(f, "sigma of {channel} is not within {least} to {most}")
             }
             Self::Empty => f.write_str("nothing was measured"),
+            Self::Sensor(error) => error.fmt(f),
         }
     }
 }
@@ -135,11 +143,11 @@ impl Measurement {
         [self.elevation, self.azimuth, self.range, self.range_rate]
     }
 
-    /// Checks that something was measured, and that every value and standard deviation is finite and
-    /// within its limits.
+    /// Checks that something was measured, and that every value and standard deviation and the sensor
+    /// are finite and within their limits.
     ///
     /// # Errors
-    /// The first channel that cannot be used.
+    /// The first channel that cannot be used, or the sensor.
     pub fn check(&self) -> Result<(), MeasurementError> {
         for (channel, sensed) in Channel::ALL.into_iter().zip(self.channels()) {
             let Some(Sensed { value, sigma }) = sensed else {
@@ -159,11 +167,11 @@ impl Measurement {
         if self.channels().iter().all(Option::is_none) {
             return Err(MeasurementError::Empty);
         }
-        Ok(())
+        self.sensor.check().map_err(MeasurementError::Sensor)
     }
 
     /// The same direction with its azimuth in [-pi, pi) and, where both angles are there, its
-    /// elevation in [-pi/2, pi/2].
+    /// elevation in [-pi/2, pi/2]; the sensor without negative zeros.
     pub fn canonical(mut self) -> Self {
         if let (Some(elevation), Some(azimuth)) = (&mut self.elevation, &mut self.azimuth)
             && elevation.value.abs() > FRAC_PI_2
@@ -174,6 +182,7 @@ impl Measurement {
         if let Some(azimuth) = &mut self.azimuth {
             azimuth.value = Scalar::wrap(azimuth.value);
         }
+        self.sensor = self.sensor.canonical();
         self
     }
 }
@@ -227,6 +236,7 @@ mod tests {
             elevation: sensed(0.4, 0.005),
             azimuth: sensed(0.5, 0.005),
             range_rate: sensed(0.0, 0.05),
+            sensor: Sensor::ORIGIN,
         }
     }
 
@@ -281,8 +291,25 @@ mod tests {
             elevation: None,
             azimuth: None,
             range_rate: None,
+            sensor: Sensor::ORIGIN,
         };
         assert_eq!(empty.check(), Err(MeasurementError::Empty));
+    }
+
+    #[test]
+    fn a_sensor_that_is_nowhere_is_an_error() {
+        let mut measurement = usable();
+        measurement.sensor.position_m[2] = f32::NAN;
+        let expected = MeasurementError::Sensor(SensorError::NotFinite);
+        assert_eq!(measurement.check(), Err(expected));
+        assert_eq!(expected.to_string(), "sensor is not finite");
+        measurement.sensor.position_m[2] = -1.1e6;
+        let expected = MeasurementError::Sensor(SensorError::TooFar);
+        assert_eq!(measurement.check(), Err(expected));
+        measurement.sensor = Sensor::at([0.0, -0.0, 1e6]);
+        assert_eq!(measurement.check(), Ok(()));
+        let y = measurement.canonical().sensor.position_m[1];
+        assert!(y.is_sign_positive());
     }
 
     #[test]

@@ -11,7 +11,7 @@ mod request;
 
 pub use frame::{EncodeError, FRAME_BYTES_MAX, Frame, FrameError, FrameReader, encode};
 pub use reply::{BudgetFrame, EstimateFrame, ModeCode, Ready, RefusalCode, Reply};
-pub use request::{CorrectionCode, MeasurementFrame, Request, Reset, SensedFrame};
+pub use request::{CorrectionCode, MeasurementFrame, Request, Reset, SensedFrame, SensorFrame};
 
 /// Raised when any frame changes; [`Ready`] reports it and the host refuses another.
-pub const VERSION: u8 = 3;
+pub const VERSION: u8 = 4;

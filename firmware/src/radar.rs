@@ -1,6 +1,6 @@
 //! The radar's measurement model and its inverse.
 //!
-//! Frame: radar at the origin, x east, y north, z up. Azimuth from +x towards +y, elevation from
+//! Frame: radar at rest at the origin (positions and velocities are relative to it), x east, y north, z up. Azimuth from +x towards +y, elevation from
 //! the horizontal plane, range-rate positive outbound. Metres, radians, metres per second.
 //! Measurement order everywhere: elevation, azimuth, range, range-rate.
 

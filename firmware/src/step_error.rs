@@ -13,7 +13,9 @@ pub enum StepError {
     /// The channel is missing, and this step cannot do without: a memoryless blob reads all four,
     /// and a recursive track starts from an azimuth.
     Missing(Channel),
-    /// The same measurement, time and content, as the latest one.
+    /// A memoryless blob knows a radar at rest in the origin only; see [`Sensor`](crate::Sensor).
+    Sensor,
+    /// The same measurement, time, content and sensor, as the latest one.
     Repeated,
     /// The time lies before that of an earlier step.
     TimeWentBack {
@@ -50,6 +52,9 @@ impl core::fmt::Display for StepError {
         match self {
             Self::Measurement(error) => write!(f, "measurement: {error}"),
             Self::Missing(channel) => write!(f, "{channel} is missing and needed"),
+            Self::Sensor => {
+                f.write_str("a memoryless model knows a sensor at rest in the origin only")
+            }
             Self::Repeated => f.write_str("the same measurement as the latest one"),
             Self::TimeWentBack {
                 latest_us,

@@ -49,7 +49,7 @@ impl Fate {
 
 /// Where a filter believes the target to be at the time it was asked about.
 ///
-/// Frame: x east, y north, z up, radar at the origin.
+/// Frame: x east, y north, z up, the flights' own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PositionEstimate {
     /// Position, m.

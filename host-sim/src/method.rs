@@ -92,6 +92,11 @@ impl Method {
         Self::Recursive,
     ];
 
+    /// Whether it knows a radar at rest in the origin only.
+    pub const fn needs_origin(self) -> bool {
+        matches!(self, Self::Bnn | Self::Bnkf | Self::Bnkfe)
+    }
+
     /// Whether it needs parameters that are fitted to flights, were it only where flights begin.
     pub const fn is_tuned(self) -> bool {
         match self {

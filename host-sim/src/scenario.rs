@@ -56,7 +56,7 @@ const WHOLE: [(&str, &str); 3] = [
 ];
 
 /// All scenarios that are part of the program: name and text.
-pub const BUILT_IN: [(&str, &str); 16] = [
+pub const BUILT_IN: [(&str, &str); 19] = [
     WHOLE[0],
     WHOLE[1],
     WHOLE[2],
@@ -71,6 +71,15 @@ pub const BUILT_IN: [(&str, &str); 16] = [
     ("glint", include_str!("../scenarios/glint.toml")),
     ("bias", include_str!("../scenarios/bias.toml")),
     ("ranged", include_str!("../scenarios/ranged.toml")),
+    ("two-radars", include_str!("../scenarios/two-radars.toml")),
+    (
+        "moving-radar",
+        include_str!("../scenarios/moving-radar.toml"),
+    ),
+    (
+        "range-doppler",
+        include_str!("../scenarios/range-doppler.toml"),
+    ),
     ("outliers", include_str!("../scenarios/outliers.toml")),
     ("darts", include_str!("../scenarios/darts.toml")),
     ("bursts", include_str!("../scenarios/bursts.toml")),
@@ -135,12 +144,14 @@ impl Scenario {
 mod tests {
     use std::path::Path;
 
+    use bnkf::measurement::Channel;
     use bnkf_model_export::flights::volume::Volume;
     use bnkf_model_export::radar::errors::Errors;
     use bnkf_model_export::radar::gaps::SamplingRate;
     use bnkf_model_export::radar::noise::{
         COUNTER_UAS_ANGLES_DEG, NoiseLevel, NoiseSigmas, NoiseTable,
     };
+    use bnkf_model_export::radar::sensors::Sensors;
     use bnkf_model_export::recursive::scenario::{
         COUNTER_UAS_MISSED, COUNTER_UAS_STRIDES, Scenario as Trained,
     };
@@ -175,8 +186,9 @@ mod tests {
             assert_eq!(varied.radar.tables, [NoiseTable::Radians]);
             let changes = [
                 varied.radar.errors != Errors::Gaussian,
-                !varied.radar.missing.is_empty(),
+                varied.radar.missing.iter().any(|turn| !turn.is_empty()),
                 varied.kind != paper.kind,
+                *name != "range-doppler" && varied.radar.sensors != paper.radar.sensors,
                 varied.speed_scale != paper.speed_scale,
             ];
             assert_eq!(
@@ -267,6 +279,65 @@ mod tests {
         assert_eq!(
             (agile.duration_s, agile.rate_hz),
             (paper.duration_s, paper.rate_hz)
+        );
+    }
+
+    #[test]
+    fn radars_elsewhere_are_where_they_are_said_to_be() {
+        let find = |name: &str| Scenario::find(Path::new(name)).unwrap().radar;
+        let two = Sensors::ByTurns(vec![[-20.0, 0.0, 0.0], [20.0, 0.0, 0.0]]);
+        let moving = Sensors::Circling {
+            radius_m: 20.0,
+            speed_mps: 15.0,
+        };
+        assert_eq!(find("two-radars").sensors, two);
+        assert_eq!(find("moving-radar").sensors, moving);
+        let by_turns = find("range-doppler");
+        assert_eq!(by_turns.sensors, two);
+        let angles = vec![Channel::Elevation, Channel::Azimuth];
+        let distances = vec![Channel::Range, Channel::RangeRate];
+        assert_eq!(by_turns.missing, [distances, angles]);
+    }
+
+    #[test]
+    fn places_of_radars_have_bounds_that_are_named() {
+        let site = "[[radar.site]]\neast_m = 1.0\nnorth_m = 2.0\nup_m = 3.0\n";
+        let circle = "[radar.circle]\nradius_m = 20.0\nspeed_mps = 15.0\n";
+        let (_, paper) = BUILT_IN[0];
+        let cases = [
+            (
+                site.replace("1.0", "6e4"),
+                "`east_m` = 60000 is not between",
+            ),
+            (site.replace("2.0", "nan"), "`north_m` = NaN is not between"),
+            (site.replace("up_m", "down_m"), "unknown field `down_m`"),
+            (site.repeat(11), "`site`: 11 of them, at most 10"),
+            (
+                format!("{site}missing = [\"azimuth\"]\n"),
+                "without which no track starts",
+            ),
+            (
+                format!("{site}{circle}"),
+                "`site` and `circle` exclude each other",
+            ),
+            (
+                circle.replace("20.0", "0.0"),
+                "`radius_m` = 0 is not between",
+            ),
+            (
+                circle.replace("15.0", "1e3"),
+                "`speed_mps` = 1000 is not between",
+            ),
+        ];
+        for (added, message) in cases {
+            let error = Scenario::parse(&format!("{paper}\n{added}"), "s.toml").unwrap_err();
+            let error = error.to_string();
+            assert!(error.contains(message), "{added}: {error}");
+        }
+        let scenario = Scenario::parse(&format!("{paper}\n{}", site.repeat(10)), "s.toml").unwrap();
+        assert_eq!(
+            scenario.radar.sensors,
+            Sensors::ByTurns(vec![[1.0, 2.0, 3.0]; 10])
         );
     }
 

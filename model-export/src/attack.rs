@@ -1,5 +1,5 @@
 //! An attack on the firmware's tracker: any finite input, any time, plausible and absurd sigmas,
-//! channels that are missing, at random and by hill climbing towards a covariance that is none.
+//! channels that are missing, sensors anywhere, at random and by hill climbing towards a covariance that is none.
 //!
 //! A script of calls is run from a fresh track; a part of it is then changed, and the change kept if
 //! the worst covariance of the run came nearer to being singular.
@@ -10,7 +10,7 @@ use crate::seed::name_id;
 use crate::soundness::{is_definite, is_finite, is_lost, is_true};
 use bnkf::blob::Blob;
 use bnkf::estimate::{Estimate, Mode};
-use bnkf::{Measurement, Sensed, Settings, Tracker, TrackerError};
+use bnkf::{Measurement, Sensed, Sensor, Settings, Tracker, TrackerError};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -76,6 +76,7 @@ struct Move {
     back: bool,
     coast: bool,
     measured: [Option<Sensed>; 4],
+    sensor: Sensor,
 }
 
 /// Attacks a blob's tracker with about `calls` calls.
@@ -149,6 +150,7 @@ fn run(tracker: &mut Tracker<'_>, script: &[Move]) -> Found {
                 elevation,
                 azimuth,
                 range_rate,
+                sensor: step.sensor,
             })
         };
         found.calls += 1;
@@ -220,6 +222,32 @@ fn draw(random: &mut RandomSource, wildness: f64) -> Move {
         measured: core::array::from_fn(|channel| {
             (!random.chance(0.1)).then(|| sensed(random, channel, wildness))
         }),
+        sensor: sensor(random, wildness),
+    }
+}
+
+/// In the origin, one of two that take turns, on a vehicle, and anywhere at any speed.
+fn sensor(random: &mut RandomSource, wildness: f64) -> Sensor {
+    let wild = random.unit() * wildness;
+    match random.below(4) {
+        _ if wild > 0.98 => Sensor {
+            position_m: core::array::from_fn(|_| f32::from_bits(random.bits() as u32)),
+            velocity_mps: core::array::from_fn(|_| f32::from_bits(random.bits() as u32)),
+        },
+        _ if wild > 0.8 => {
+            let mut anything =
+                |most: f64| (random.sign() * most * 10_f64.powf(random.uniform(-8.0, 0.0))) as f32;
+            Sensor {
+                position_m: core::array::from_fn(|_| anything(1e6)),
+                velocity_mps: core::array::from_fn(|_| anything(1e4)),
+            }
+        }
+        0 => Sensor::at([40.0, 0.0, 0.0]),
+        1 => Sensor {
+            position_m: core::array::from_fn(|_| random.uniform(-20.0, 20.0) as f32),
+            velocity_mps: core::array::from_fn(|_| random.uniform(-15.0, 15.0) as f32),
+        },
+        _ => Sensor::ORIGIN,
     }
 }
 

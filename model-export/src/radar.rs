@@ -4,5 +4,7 @@ pub mod errors;
 pub mod gaps;
 pub mod noise;
 pub mod polar;
+pub mod pose;
 pub mod reading;
 pub mod sampling;
+pub mod sensors;

@@ -1,9 +1,10 @@
 //! What the memoryless networks read of a measurement.
 
 use crate::measurement::{Channel, Measurement, Sensed};
+use crate::sensor::Sensor;
 use crate::step_error::StepError;
 
-/// A measurement with all four channels, which the networks read.
+/// A measurement from the origin with all four channels, which the networks read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plot {
     /// Microseconds.
@@ -22,8 +23,13 @@ impl Plot {
     /// The four channels of a measurement.
     ///
     /// # Errors
-    /// [`StepError::Missing`] names the first that is not there.
+    /// [`StepError::Missing`] names the first that is not there; [`StepError::Sensor`] if the sensor
+    /// moves or is elsewhere, because what the networks know of places and of range-rates they know of
+    /// one radar at rest.
     pub fn of(measurement: &Measurement) -> Result<Self, StepError> {
+        if measurement.sensor != Sensor::ORIGIN {
+            return Err(StepError::Sensor);
+        }
         let [elevation, azimuth, range, range_rate] = measurement.channels();
         let needed = |sensed: Option<Sensed>, channel| sensed.ok_or(StepError::Missing(channel));
         Ok(Self {
@@ -49,6 +55,7 @@ mod tests {
             elevation: sensed(2.0),
             azimuth: sensed(3.0),
             range_rate: sensed(4.0),
+            sensor: Sensor::ORIGIN,
         };
         let plot = Plot::of(&whole).expect("whole");
         let values = [plot.range, plot.elevation, plot.azimuth, plot.range_rate];
@@ -61,5 +68,12 @@ mod tests {
         partial.elevation = None;
         let missing = StepError::Missing(Channel::Elevation);
         assert_eq!(Plot::of(&partial), Err(missing));
+        for axis in 0..3 {
+            let (mut away, mut moving) = (whole, whole);
+            away.sensor.position_m[axis] = -0.1;
+            moving.sensor.velocity_mps[axis] = 0.1;
+            assert_eq!(Plot::of(&away), Err(StepError::Sensor));
+            assert_eq!(Plot::of(&moving), Err(StepError::Sensor));
+        }
     }
 }

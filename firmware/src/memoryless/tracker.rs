@@ -69,12 +69,12 @@ impl<'a> Memoryless<'a> {
     /// The estimate at the time of `measurement`, whose values and time were checked; `anew` when
     /// its time does not follow the ones before.
     pub fn step(&mut self, measurement: &Measurement, anew: bool) -> Result<Estimate, StepError> {
+        let plot = Plot::of(measurement)?;
         if anew {
             self.previous = None;
             self.latest = None;
             self.before = None;
         }
-        let plot = Plot::of(measurement)?;
         let recent = self.previous.filter(|previous| {
             measurement.time_us.saturating_sub(previous.time_us) <= PREVIOUS_AGE_MAX_US
         });

@@ -179,8 +179,8 @@ pub enum RefusalCode {
     NotReset,
     /// `Coast` before the first measurement of a track.
     NotStarted,
-    /// A measured value or a standard deviation is outside its limits, or one that is needed is
-    /// missing.
+    /// A measured value, a standard deviation or the sensor is outside its limits, or a value that is
+    /// needed is missing.
     Measurement,
     /// The same measurement as the latest one.
     Repeated,
@@ -203,9 +203,10 @@ impl From<TrackerError> for RefusalCode {
 impl From<StepError> for RefusalCode {
     fn from(error: StepError) -> Self {
         match error {
-            StepError::Measurement(_) | StepError::Missing(_) | StepError::Blunt => {
-                Self::Measurement
-            }
+            StepError::Measurement(_)
+            | StepError::Missing(_)
+            | StepError::Sensor
+            | StepError::Blunt => Self::Measurement,
             StepError::Repeated => Self::Repeated,
             StepError::TimeWentBack { .. } | StepError::TimeTooFarAhead { .. } => Self::Time,
             StepError::Lost => Self::Lost,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Correction, Measurement, Sensed, Settings};
+use crate::{Correction, Measurement, Sensed, Sensor, Settings};
 
 /// Host to image. The image answers each request with one [`Reply`](crate::protocol::Reply).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -85,6 +85,17 @@ pub struct MeasurementFrame {
     pub azimuth: Option<SensedFrame>,
     /// Metres per second, positive outbound.
     pub range_rate: Option<SensedFrame>,
+    /// `None` for a sensor at rest in the origin.
+    pub sensor: Option<SensorFrame>,
+}
+
+/// A [`Sensor`] on the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SensorFrame {
+    /// Metres.
+    pub position_m: [f32; 3],
+    /// Metres per second.
+    pub velocity_mps: [f32; 3],
 }
 
 /// A [`Sensed`] on the wire.
@@ -108,6 +119,34 @@ impl From<SensedFrame> for Sensed {
     }
 }
 
+impl From<Sensor> for SensorFrame {
+    fn from(
+        Sensor {
+            position_m,
+            velocity_mps,
+        }: Sensor,
+    ) -> Self {
+        Self {
+            position_m,
+            velocity_mps,
+        }
+    }
+}
+
+impl From<SensorFrame> for Sensor {
+    fn from(
+        SensorFrame {
+            position_m,
+            velocity_mps,
+        }: SensorFrame,
+    ) -> Self {
+        Self {
+            position_m,
+            velocity_mps,
+        }
+    }
+}
+
 impl From<&Measurement> for MeasurementFrame {
     fn from(m: &Measurement) -> Self {
         Self {
@@ -116,6 +155,8 @@ impl From<&Measurement> for MeasurementFrame {
             elevation: m.elevation.map(Into::into),
             azimuth: m.azimuth.map(Into::into),
             range_rate: m.range_rate.map(Into::into),
+            // The tracker takes a negative zero for zero as well.
+            sensor: (m.sensor != Sensor::ORIGIN).then(|| m.sensor.into()),
         }
     }
 }
@@ -129,6 +170,7 @@ impl From<&MeasurementFrame> for Measurement {
             elevation: f.elevation.map(Into::into),
             azimuth: f.azimuth.map(Into::into),
             range_rate: f.range_rate.map(Into::into),
+            sensor: f.sensor.map_or(Sensor::ORIGIN, Into::into),
         }
     }
 }
@@ -151,12 +193,29 @@ mod tests {
         }
     }
 
+    /// The common case costs one byte.
+    #[test]
+    fn a_sensor_in_the_origin_is_not_sent() {
+        let measurement = Measurement {
+            time_us: 1,
+            range: None,
+            elevation: None,
+            azimuth: None,
+            range_rate: None,
+            sensor: Sensor::ORIGIN,
+        };
+        let frame = MeasurementFrame::from(&measurement);
+        assert_eq!(frame.sensor, None);
+        assert_eq!(Measurement::from(&frame), measurement);
+    }
+
     proptest! {
         #[test]
         fn a_measurement_survives_the_wire_bit_for_bit(
             time_us in any::<u64>(),
             bits in any::<[u32; 8]>(),
             missing in 0_u8..16,
+            place in any::<[u32; 6]>(),
         ) {
             let [a, b, c, d, e, f, g, h] = bits.map(f32::from_bits);
             let channel = |index: u8, value, sigma| {
@@ -168,6 +227,10 @@ mod tests {
                 elevation: channel(1, c, d),
                 azimuth: channel(2, e, f),
                 range_rate: channel(3, g, h),
+                sensor: Sensor {
+                    position_m: core::array::from_fn(|i| f32::from_bits(place[i])),
+                    velocity_mps: core::array::from_fn(|i| f32::from_bits(place[3 + i])),
+                },
             };
             let frame = encode(&Request::Step(MeasurementFrame::from(&sent))).unwrap();
             let mut reader = FrameReader::new();
@@ -179,6 +242,12 @@ mod tests {
                 m.channels().map(|c| c.map(|s| (s.value.to_bits(), s.sigma.to_bits())))
             };
             prop_assert_eq!(bits(&received), bits(&sent));
+            let place = |m: &Measurement| {
+                (m.sensor.position_m.map(f32::to_bits), m.sensor.velocity_mps.map(f32::to_bits))
+            };
+            if sent.sensor != Sensor::ORIGIN {
+                prop_assert_eq!(place(&received), place(&sent));
+            }
         }
     }
 }

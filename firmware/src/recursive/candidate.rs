@@ -83,15 +83,19 @@ impl Candidate {
             return Verdict::Over;
         }
         let mut moved = self.track;
+        moved.seen_from(measurement.sensor.position_m);
         moved.drift(measurement.time_us, base);
         let unsure_max = UNSURE_MAX * population.range_sigma_m;
         if moved.position_variance() > unsure_max * unsure_max {
             return Verdict::Over;
         }
         let vectors = Vectors::from(measurement);
+        let sensor_mps = measurement.sensor.velocity_mps;
+        moved.relative_to(sensor_mps);
         let agreed = match moved.corrected(&vectors, [1.0; 3]) {
             Some((corrected, whitened)) if corrected.nis < AGREEMENT_NIS => {
                 moved.take(&corrected);
+                moved.over_ground(sensor_mps);
                 moved.memory.measured(whitened, &vectors);
                 if elapsed_s > 0.0 {
                     // No network, no notes: those that a deposed track has stay.
@@ -124,6 +128,7 @@ impl Candidate {
 mod tests {
     use super::*;
     use crate::measurement::Sensed;
+    use crate::sensor::Sensor;
 
     fn population() -> Population<f32> {
         Population {
@@ -146,6 +151,7 @@ mod tests {
             elevation: sensed(0.4, 0.005),
             azimuth: sensed(azimuth, 0.005),
             range_rate: sensed(0.0, 0.05),
+            sensor: Sensor::ORIGIN,
         }
     }
 

@@ -10,7 +10,7 @@ use super::motion::predict;
 use super::population::{Base, Population};
 use super::schedule::Schedule;
 use super::sight::LineOfSight;
-use super::start::start;
+use super::start::{at_rest, start};
 use super::state::{Covariance, State};
 use crate::cholesky::make_definite;
 use crate::clock::seconds_between;
@@ -31,8 +31,11 @@ const POSITION_MAX_M: f32 = 10.0 * RANGE_MAX_M;
 pub struct Track {
     /// Microseconds.
     pub time_us: u64,
-    /// Position, velocity, acceleration.
+    /// Position, velocity, acceleration. The position counts from the sensor: what is asked of a place
+    /// is asked of it from there, and nothing far from the frame's origin loses digits.
     pub state: State<f32>,
+    /// Where the sensor of the latest measurement is, m.
+    pub sensor_m: [f32; 3],
     /// Its covariance.
     pub covariance: Covariance<f32>,
     /// What the network reads beside them.
@@ -54,10 +57,18 @@ impl Track {
             return Err(StepError::Missing(Channel::Azimuth));
         }
         let vectors = Vectors::from(measurement);
-        let (state, covariance) = start(&vectors, population);
+        let sensor = &measurement.sensor;
+        // One call: two would not be inlined, and weigh on the stack of every step.
+        let still = if sensor.velocity_mps == [0.0; 3] {
+            vectors
+        } else {
+            at_rest(&vectors, sensor.velocity_mps, population)
+        };
+        let (state, covariance) = start(&still, population);
         let mut track = Self {
             time_us: measurement.time_us,
             state,
+            sensor_m: sensor.position_m,
             covariance,
             memory: Memory::start(
                 population.sigmas_of(&vectors),
@@ -85,11 +96,33 @@ impl Track {
     /// Whether another track's position is further away than `deviations` of both.
     pub fn is_apart(&self, other: &Self, deviations: f32) -> bool {
         let squared = |i: usize| {
-            let apart = self.state[i] - other.state[i];
+            let apart = self.state[i] - other.state[i] - (other.sensor_m[i] - self.sensor_m[i]);
             apart * apart
         };
         let variance = self.position_variance() + other.position_variance();
         (0..3).map(squared).sum::<f32>() >= deviations * deviations * variance
+    }
+
+    /// Counts the position from this sensor, m.
+    pub fn seen_from(&mut self, sensor_m: [f32; 3]) {
+        for axis in 0..3 {
+            self.state[axis] -= sensor_m[axis] - self.sensor_m[axis];
+        }
+        self.sensor_m = sensor_m;
+    }
+
+    /// Makes the velocity relative to a sensor's (m/s), which is what its measurement is compared with and
+    /// corrects; [`Track::over_ground`] makes it what it is everywhere else. In place: a second state
+    /// beside a correction would weigh on the stack of every step.
+    pub fn relative_to(&mut self, sensor_mps: [f32; 3]) {
+        for axis in 0..3 {
+            self.state[3 + axis] -= sensor_mps[axis];
+        }
+    }
+
+    /// Undoes [`Track::relative_to`].
+    pub fn over_ground(&mut self, sensor_mps: [f32; 3]) {
+        self.relative_to(sensor_mps.map(|v| 0.0 - v));
     }
 
     /// The line of sight to the position.
@@ -173,12 +206,13 @@ impl Track {
             && (0..3).all(|i| self.covariance[i][i] < POSITION_SIGMA_MAX_M * POSITION_SIGMA_MAX_M)
     }
 
-    /// The track as an estimate.
+    /// The track as an estimate, its position in the frame.
     pub fn estimate(&self, nis: f32, mode: Mode, outside: bool, doubt: Doubt) -> Estimate {
         let covariance = &self.covariance;
         Estimate {
             time_us: self.time_us,
-            position_m: core::array::from_fn(|i| self.state[i]),
+            // Subtracting keeps the sign of a zero where the sensor is the origin; adding would not.
+            position_m: core::array::from_fn(|i| self.state[i] - (0.0 - self.sensor_m[i])),
             covariance_m2: core::array::from_fn(|i| core::array::from_fn(|j| covariance[i][j])),
             nis: nis.min(NIS_MAX),
             mode,
@@ -197,6 +231,7 @@ impl Track {
 mod tests {
     use super::*;
     use crate::measurement::Sensed;
+    use crate::sensor::Sensor;
 
     fn population() -> Population<f32> {
         Population::PAPER.known()
@@ -217,6 +252,7 @@ mod tests {
             elevation: sensed(0.4, 0.005),
             azimuth: sensed(0.5, 0.006),
             range_rate: sensed(1.0, 0.05),
+            sensor: Sensor::ORIGIN,
         }
     }
 
@@ -345,6 +381,126 @@ mod tests {
             [track.state[6], track.state[7], track.state[8]]
         );
         assert_eq!(motion.covariance, track.covariance);
+    }
+
+    /// A measurement from a moving sensor elsewhere, as one joint update in f64 with the Jacobian by
+    /// differences of a measurement function written again in plain words.
+    #[test]
+    fn a_correction_from_a_moving_sensor_is_the_textbooks() {
+        use nalgebra::{SMatrix, SVector};
+        let sensor = Sensor {
+            position_m: [12.0, -30.0, 2.5],
+            velocity_mps: [-9.0, 12.0, 0.5],
+        };
+        let mut track = track();
+        for i in 0..9 {
+            track.covariance[i][i] += 0.02;
+        }
+        let world: [f64; 9] = track.state.map(f64::from);
+        let h = |s: &[f64; 9]| {
+            let d: [f64; 3] = core::array::from_fn(|i| s[i] - f64::from(sensor.position_m[i]));
+            let v: [f64; 3] =
+                core::array::from_fn(|i| s[3 + i] - f64::from(sensor.velocity_mps[i]));
+            let range = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
+            SVector::<f64, 4>::from([
+                libm::asin(d[2] / range),
+                libm::atan2(d[1], d[0]),
+                range,
+                (d[0] * v[0] + d[1] * v[1] + d[2] * v[2]) / range,
+            ])
+        };
+        let jacobian = SMatrix::<f64, 4, 9>::from_fn(|row, column| {
+            let step = |size: f64| {
+                let mut moved = world;
+                moved[column] += size;
+                h(&moved)[row]
+            };
+            (step(1e-5) - step(-1e-5)) / 2e-5
+        });
+        let away = SVector::<f64, 4>::from([0.004, -0.003, 0.2, 0.1]);
+        let measured = h(&world) + away;
+        let sigmas = [0.01, 0.008, 0.3, 0.2];
+        let vectors = Vectors::whole(core::array::from_fn(|i| measured[i] as f32), sigmas);
+        track.seen_from(sensor.position_m);
+        let curvature = crate::recursive::curvature::curvature(&track.state, &track.covariance);
+        let prior = SMatrix::<f64, 9, 9>::from_fn(|i, j| f64::from(track.covariance[i][j]));
+        let noise = SMatrix::<f64, 4, 4>::from_diagonal(&SVector::from_fn(|i, _| {
+            f64::from(sigmas[i]).powi(2) + f64::from(curvature[i])
+        }));
+        let innovation = jacobian * prior * jacobian.transpose() + noise;
+        let gain = prior * jacobian.transpose() * innovation.try_inverse().expect("regular");
+        let mean = SVector::<f64, 9>::from(world) + gain * away;
+        let spread = prior - gain * jacobian * prior;
+        track.relative_to(sensor.velocity_mps);
+        let corrected = track.corrected(&vectors, [1.0; 3]);
+        track.take(&corrected.expect("sound").0);
+        track.over_ground(sensor.velocity_mps);
+        let estimate = track.estimate(0.0, Mode::Tracking, false, Doubt::NONE);
+        let motion = estimate.motion.expect("recursive");
+        for i in 0..3 {
+            assert!((f64::from(estimate.position_m[i]) - mean[i]).abs() < 1e-4);
+            assert!((f64::from(motion.velocity_mps[i]) - mean[3 + i]).abs() < 1e-4);
+        }
+        for i in 0..9 {
+            for j in 0..9 {
+                assert!((f64::from(motion.covariance[i][j]) - spread[(i, j)]).abs() < 1e-4);
+            }
+        }
+    }
+
+    /// Galileo: who moves with sensor and target sees the same.
+    #[test]
+    fn only_the_relative_velocity_counts() {
+        let vectors = Vectors::from(&first());
+        let own = [3.0, -2.0, 1.0];
+        let corrected = |mut track: Track, own: [f32; 3]| {
+            track.relative_to(own);
+            let (corrected, _) = track.corrected(&vectors, [1.0; 3]).expect("sound");
+            track.take(&corrected);
+            track.over_ground(own);
+            (track.state, corrected.nis)
+        };
+        let (plain, nis) = corrected(track(), own);
+        let mut boosted = track();
+        let boost = [16.0, 8.0, -4.0];
+        for axis in 0..3 {
+            boosted.state[3 + axis] += boost[axis];
+        }
+        let own = core::array::from_fn(|axis| own[axis] + boost[axis]);
+        let (moved, moved_nis) = corrected(boosted, own);
+        assert!((nis - moved_nis).abs() < 1e-3 * nis);
+        for i in 0..9 {
+            let boost = if (3..6).contains(&i) {
+                boost[i - 3]
+            } else {
+                0.0
+            };
+            assert!((moved[i] - plain[i] - boost).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn a_place_is_the_same_from_every_sensor() {
+        let place = |track: &Track| {
+            track
+                .estimate(0.0, Mode::Tracking, false, Doubt::NONE)
+                .position_m
+        };
+        let mut seen = track();
+        seen.seen_from([40.0, -3.0, 1.0]);
+        assert!(!track().is_apart(&seen, 1e-3) && !seen.is_apart(&track(), 1e-3));
+        for (a, b) in place(&seen).into_iter().zip(place(&track())) {
+            assert!((a - b).abs() < 1e-5);
+        }
+        seen.seen_from([0.0; 3]);
+        for axis in 0..3 {
+            assert!((seen.state[axis] - track().state[axis]).abs() < 1e-5);
+        }
+        let mut away = first();
+        away.sensor = Sensor::at([100.0, 0.0, 0.0]);
+        let away = Track::start(&away, &population()).expect("a track");
+        assert_eq!(away.state, track().state);
+        assert!((place(&away)[0] - place(&track())[0] - 100.0).abs() < 1e-4);
     }
 
     /// Overflow is no correction.

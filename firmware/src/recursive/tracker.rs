@@ -111,11 +111,14 @@ impl<'a> Recursive<'a> {
         if track.memory.coast_s + dt_s > SILENCE_MAX_S {
             return self.start(measurement, Mode::Started);
         }
+        track.seen_from(measurement.sensor.position_m);
         let step = self.predict(&mut track, measurement.time_us)?;
         let vectors = Vectors::from(measurement);
+        let sensor_mps = measurement.sensor.velocity_mps;
         let hypotheses = &self.parameters.hypotheses;
         let odds = hypotheses.odds(&track.memory.counts);
         let mut nis = NIS_MAX;
+        track.relative_to(sensor_mps);
         // Not named before: a second mixture would lie on the stack.
         if let Some((mixture, whitened)) =
             track.weighed(&vectors, &step.interval, hypotheses, &odds)
@@ -129,6 +132,7 @@ impl<'a> Recursive<'a> {
             }
             if nis < GATE_NIS as f32 {
                 track.take(&mixture.corrected);
+                track.over_ground(sensor_mps);
                 track.memory.explained(mixture.shares);
                 if !track.settle() {
                     return self.start(measurement, Mode::Restarted);
@@ -138,6 +142,7 @@ impl<'a> Recursive<'a> {
                 return self.used(measurement, &mixture);
             }
         }
+        track.over_ground(sensor_mps);
         track.memory.refused();
         track.doubt(&step.interval, hypotheses, &odds);
         if !track.settle() {
@@ -169,7 +174,7 @@ impl<'a> Recursive<'a> {
         self.estimate(nis, Mode::Tracking, doubt)
     }
 
-    /// The estimate at `time_us` without a measurement.
+    /// The estimate at `time_us` without a measurement, as the sensor of the latest one sees it.
     pub fn coast(&mut self, time_us: u64) -> Result<Estimate, StepError> {
         let mut track = self.track.ok_or(StepError::NotStarted)?;
         let step = self.predict(&mut track, time_us)?;

@@ -18,7 +18,7 @@ use super::discrete::Discrete;
 use super::gaussian::Gaussian;
 use super::motion::Motion;
 use super::prior::PopulationPrior;
-use super::sensor::{Observation, expected, jacobian};
+use super::sensor::Observation;
 use crate::filter::FilterError;
 
 /// Bounds on the covariance of the position [m^2] at every sample of `flight`, the first included.
@@ -57,9 +57,10 @@ pub fn position_bounds<const N: usize>(
             );
             state.mean.fixed_rows_mut::<3>(0).copy_from(&p);
             state.mean.fixed_rows_mut::<3>(3).copy_from(&v);
+            let observation = Observation::from(reading);
             let noiseless = Observation {
-                z: expected(&p, &v),
-                ..Observation::from(reading)
+                z: observation.expected(&p, &v),
+                ..observation
             };
             state = Correction::Extended.apply(&state, &noiseless)?.0;
         }
@@ -81,7 +82,7 @@ fn first_bound(
 ) -> Result<Gaussian<6>, FilterError> {
     let (p, v) = truth;
     let weight = |sigma: f64| sigma.powi(-2);
-    let h = jacobian(p, v);
+    let h = observation.jacobian(p, v);
     let measured = Vector4::from_fn(|i, _| match observation.present[i] {
         true => weight(observation.sigma[i]),
         false => 0.0,
@@ -139,6 +140,7 @@ mod tests {
     use crate::baseline::motion::WhiteAcceleration;
     use crate::baseline::prior::tests::PRIOR;
     use bnkf_model_export::flights::flight::Flight;
+    use bnkf_model_export::radar::pose::Pose;
 
     #[test]
     fn mean_distances_by_closed_form() {
@@ -163,6 +165,7 @@ mod tests {
             sigma_elevation_rad: 0.01,
             sigma_azimuth_rad: 0.02,
             sigma_range_rate_mps: 0.5,
+            sensor: Pose::ORIGIN,
         }
     }
 

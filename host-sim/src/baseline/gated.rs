@@ -113,6 +113,7 @@ impl<F: Filter + Clone> Filter for Gated<F> {
 
 #[cfg(test)]
 pub(super) mod tests {
+    use bnkf_model_export::radar::pose::Pose;
     use bnkf_model_export::radar::reading::Reading;
     use nalgebra::Vector3;
 
@@ -134,6 +135,7 @@ pub(super) mod tests {
             sigma_elevation_rad: 0.01,
             sigma_azimuth_rad: 0.01,
             sigma_range_rate_mps: 0.1,
+            sensor: Pose::ORIGIN,
         }
     }
 

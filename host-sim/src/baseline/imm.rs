@@ -113,6 +113,7 @@ mod tests {
     use crate::baseline::bank::{FiveTurns, SOJOURN_S};
     use crate::baseline::prior::tests::PRIOR;
     use crate::baseline::sensor::expected;
+    use bnkf_model_export::radar::pose::Pose;
     use nalgebra::{Vector3, Vector6};
 
     const ORIGIN: Origin = Origin::Population(PRIOR);
@@ -132,6 +133,7 @@ mod tests {
             sigma_elevation_rad: 0.001,
             sigma_azimuth_rad: 0.001,
             sigma_range_rate_mps: 0.01,
+            sensor: Pose::ORIGIN,
         }
     }
 

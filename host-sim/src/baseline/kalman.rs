@@ -89,6 +89,7 @@ impl<M: Motion<N>, const N: usize> Filter for Kalman<M, N> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bnkf_model_export::radar::pose::Pose;
     use nalgebra::Vector3;
 
     fn reading(time_us: u64) -> Reading {
@@ -102,6 +103,7 @@ mod tests {
             sigma_elevation_rad: 0.01,
             sigma_azimuth_rad: 0.01,
             sigma_range_rate_mps: 0.1,
+            sensor: Pose::ORIGIN,
         }
     }
 

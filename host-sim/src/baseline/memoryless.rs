@@ -49,7 +49,7 @@ impl Rule {
     pub fn estimate(self, prior: &PopulationPrior, observation: &Observation) -> PositionEstimate {
         let (z, sigma) = (&observation.z, &observation.sigma);
         match self {
-            Self::Converted => converted(z[0], z[1], z[2], &sigma.fixed_rows::<3>(0).into()),
+            Self::Converted => converted(observation, z[2], &sigma.fixed_rows::<3>(0).into()),
             Self::PopulationMean => PositionEstimate {
                 position_m: prior.position_mean_m.into(),
                 covariance_m2: prior.position_covariance_m2.into(),
@@ -60,7 +60,7 @@ impl Rule {
             Self::ConstantRange => {
                 let range = prior.range_m;
                 let spherical_sigma = Vector3::new(sigma[0], sigma[1], range.sigma);
-                converted(z[0], z[1], range.mean, &spherical_sigma)
+                converted(observation, range.mean, &spherical_sigma)
             }
             Self::Fused => prior.fused_position(observation),
         }
@@ -70,17 +70,13 @@ impl Rule {
 /// Spherical coordinates with independent errors, carried to Cartesian ones: to first order in
 /// the angles, while the lever of their errors is the range's root mean square. With the range as
 /// read, a reading that happens to lie near the radar would claim to be exact.
-fn converted(
-    elevation_rad: f64,
-    azimuth_rad: f64,
-    range_m: f64,
-    sigma: &Vector3<f64>,
-) -> PositionEstimate {
+fn converted(observation: &Observation, range_m: f64, sigma: &Vector3<f64>) -> PositionEstimate {
+    let (elevation_rad, azimuth_rad) = (observation.z[0], observation.z[1]);
     let lever_m = range_m.hypot(sigma[2]);
     let j = cartesian_jacobian(elevation_rad, azimuth_rad, lever_m);
     let variance = Matrix3::from_diagonal(&sigma.component_mul(sigma));
     PositionEstimate {
-        position_m: cartesian(elevation_rad, azimuth_rad, range_m),
+        position_m: cartesian(elevation_rad, azimuth_rad, range_m) + observation.position_m,
         covariance_m2: symmetric(&(j * variance * j.transpose())),
         nis: None,
         fate: None,
@@ -164,6 +160,7 @@ mod tests {
     use super::*;
     use crate::baseline::prior::tests::PRIOR;
     use crate::baseline::sensor::expected;
+    use bnkf_model_export::radar::pose::Pose;
     use bnkf_model_export::random_source::RandomSource;
     use nalgebra::Vector4;
 
@@ -178,6 +175,7 @@ mod tests {
             sigma_elevation_rad: 0.01,
             sigma_azimuth_rad: 0.01,
             sigma_range_rate_mps: 0.1,
+            sensor: Pose::ORIGIN,
         };
         let (p, v) = (Vector3::zeros(), Vector3::zeros());
         let start = Start {

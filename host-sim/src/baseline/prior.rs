@@ -137,7 +137,8 @@ impl PopulationPrior {
         }
     }
 
-    /// Range of one reading fused with the population's, m.
+    /// Range of one reading fused with the population's, m; what the population says of places it says
+    /// of them as the reading's radar sees them.
     pub fn fused_range(&self, observation: &Observation) -> Normal {
         observation.fused(2, &self.range_m)
     }
@@ -170,7 +171,7 @@ impl PopulationPrior {
             .sum::<Matrix3<f64>>()
             / 6.0;
         PositionEstimate {
-            position_m: mean,
+            position_m: mean + observation.position_m,
             covariance_m2: symmetric(&covariance),
             nis: None,
             fate: None,
@@ -193,13 +194,19 @@ impl PopulationPrior {
         );
         let velocity_variance = Vector3::new(across, across, up).map(|sigma| sigma * sigma);
         let prior = Matrix3::from_diagonal(&velocity_variance);
-        let sight = Vector3::from(radar::predict(p.into(), [0.0; 3]).by_velocity);
+        let seen = p - observation.position_m;
+        let sight = Vector3::from(radar::predict(seen.into(), [0.0; 3]).by_velocity);
         let cross = prior * sight;
+        // The radar's own motion comes off the range-rate, along a direction that is not known well.
+        let own = observation.velocity_mps;
+        let across = (own - sight * sight.dot(&own)) / seen.norm().max(f64::MIN_POSITIVE);
+        let unsure = across.dot(&(position.covariance_m2 * across));
+        let unsure = unsure.min(own.norm_squared());
         let gain = match observation.present[3] {
-            true => cross / (sight.dot(&cross) + observation.sigma[3].powi(2)),
+            true => cross / (sight.dot(&cross) + observation.sigma[3].powi(2) + unsure),
             false => Vector3::zeros(),
         };
-        let velocity = gain * observation.z[3];
+        let velocity = gain * (observation.z[3] + sight.dot(&own));
         let velocity_covariance = symmetric(&(prior - gain * cross.transpose()));
         let mut covariance = Matrix6::zeros();
         covariance
@@ -291,6 +298,44 @@ pub(super) mod tests {
         assert!((p.y.atan2(p.x) - z[1]).abs() < 1e-6);
         let flat = PRIOR.range_m.mean * PRIOR.elevation_rad.mean.sin();
         assert!((p.z - flat).abs() < 0.5, "{p}");
+    }
+
+    /// The same from a vehicle elsewhere: the belief moves with it, and its motion comes off the
+    /// range-rate.
+    #[test]
+    fn a_belief_from_a_moving_radar_is_consistent() {
+        let mut random = RandomSource::new(8, &[]);
+        let (place, own) = (
+            Vector3::new(500.0, -40.0, 3.0),
+            Vector3::new(-12.0, 14.0, 1.0),
+        );
+        let sigma = nalgebra::Vector4::new(0.01, 0.01, 10.0, 0.1);
+        let mut sums = [0.0; 2];
+        let draws = 4000;
+        for _ in 0..draws {
+            let p = cartesian(
+                PRIOR.elevation_rad.mean + PRIOR.elevation_rad.sigma * random.normal(),
+                random.uniform(-3.0, 3.0),
+                PRIOR.range_m.mean + PRIOR.range_m.sigma * random.normal(),
+            );
+            let v = Vector3::new(1.7, 1.7, 0.6).map(|s| s * random.normal());
+            let z = expected(&p, &(v - own)) + sigma.map(|s| s * random.normal());
+            let belief = PRIOR.belief(&Observation {
+                position_m: place,
+                velocity_mps: own,
+                ..Observation::new(z, sigma)
+            });
+            let errors = [belief.position_m() - p - place, belief.velocity_mps() - v];
+            for (half, error) in errors.into_iter().enumerate() {
+                let block = belief.covariance.fixed_view::<3, 3>(3 * half, 3 * half);
+                let nees = error.dot(&block.into_owned().cholesky().unwrap().solve(&error));
+                sums[half] += nees / f64::from(draws);
+            }
+        }
+        assert!(
+            sums.iter().all(|nees| (nees - 3.0).abs() < 0.25),
+            "{sums:?}"
+        );
     }
 
     /// Targets drawn from the population itself: NEES of position and velocity must be 3, at the

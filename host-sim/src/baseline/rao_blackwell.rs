@@ -16,7 +16,7 @@ use bnkf::measurement::Channel;
 use bnkf_model_export::radar::reading::Reading;
 use bnkf_model_export::random_source::RandomSource;
 use bnkf_model_export::seed;
-use nalgebra::SVector;
+use nalgebra::{SVector, Vector3};
 
 use super::clock::Clock;
 use super::correction::{Correction, Innovation};
@@ -97,13 +97,13 @@ impl RaoBlackwell {
         let nis = nis(&self.particles, &self.innovations)?;
         reweigh(&mut self.particles, &self.innovations)?;
         if self.effective_particles() < EFFECTIVE_PART_MIN * PARTICLES as f64 {
-            self.resample()?;
+            self.resample(&observation.position_m)?;
         }
         Ok(nis)
     }
 
     /// Systematic resampling; copies of a particle move apart along the range.
-    fn resample(&mut self) -> Result<(), FilterError> {
+    fn resample(&mut self, radar_m: &Vector3<f64>) -> Result<(), FilterError> {
         self.resampled.clear();
         let share = 1.0 / PARTICLES as f64;
         let mut mark = share * self.random.unit();
@@ -115,7 +115,7 @@ impl RaoBlackwell {
             if !(last || mark < reached) {
                 continue;
             }
-            let (core, apart) = split(&particle.state);
+            let (core, apart) = split(&particle.state, radar_m);
             // The last one takes what rounding left over.
             while marked < PARTICLES && (last || mark < reached) {
                 let state = Gaussian {
@@ -136,9 +136,9 @@ impl RaoBlackwell {
 }
 
 /// A belief as a narrower one whose mean moves by a standard normal number times a vector: the
-/// range is split, and the rest follows it by its covariance with the range.
-fn split(belief: &Gaussian<9>) -> (Gaussian<9>, SVector<f64, 9>) {
-    let p = belief.position_m();
+/// range from the radar is split, and the rest follows it by its covariance with the range.
+fn split(belief: &Gaussian<9>, radar_m: &Vector3<f64>) -> (Gaussian<9>, SVector<f64, 9>) {
+    let p = belief.position_m() - radar_m;
     let range_m = p.norm();
     let cross = belief.covariance.fixed_columns::<3>(0) * p / range_m.max(f64::MIN_POSITIVE);
     let variance = cross.fixed_rows::<3>(0).dot(&p) / range_m.max(f64::MIN_POSITIVE);

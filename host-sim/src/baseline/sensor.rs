@@ -23,6 +23,10 @@ pub struct Observation {
     pub present: [bool; 4],
     /// Rotation from the radar's axes to those in which the angles are meant.
     pub frame: Matrix3<f64>,
+    /// Position of the radar, m.
+    pub position_m: Vector3<f64>,
+    /// Velocity of the radar, m/s.
+    pub velocity_mps: Vector3<f64>,
 }
 
 impl From<&Reading> for Observation {
@@ -30,6 +34,8 @@ impl From<&Reading> for Observation {
         let vectors = r.vectors();
         Self {
             present: vectors.present.map(|present| present > 0.0),
+            position_m: r.sensor.position_m.into(),
+            velocity_mps: r.sensor.velocity_mps.into(),
             ..Self::new(vectors.measured.into(), vectors.sigmas.into())
         }
     }
@@ -50,13 +56,15 @@ impl Observation {
         }
     }
 
-    /// A whole reading in the radar's own axes.
+    /// A whole reading in the radar's own axes, of a radar at rest in the origin.
     pub fn new(z: Vector4<f64>, sigma: Vector4<f64>) -> Self {
         Self {
             z,
             sigma,
             present: [true; 4],
             frame: Matrix3::identity(),
+            position_m: Vector3::zeros(),
+            velocity_mps: Vector3::zeros(),
         }
     }
 
@@ -93,12 +101,22 @@ impl Observation {
 
     /// Noise-free reading of a target at `p` (m) moving with `v` (m/s), radar's axes.
     pub fn expected(&self, p: &Vector3<f64>, v: &Vector3<f64>) -> Vector4<f64> {
-        expected(&(self.frame * p), &(self.frame * v))
+        let (p, v) = self.seen(p, v);
+        expected(&p, &v)
+    }
+
+    /// A target's position and velocity over ground in the radar's axes, relative to it.
+    fn seen(&self, p: &Vector3<f64>, v: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+        (
+            self.frame * (p - self.position_m),
+            self.frame * (v - self.velocity_mps),
+        )
     }
 
     /// Derivative of [`Self::expected`] by position and velocity, 4 x 6.
     pub fn jacobian(&self, p: &Vector3<f64>, v: &Vector3<f64>) -> SMatrix<f64, 4, 6> {
-        let h = jacobian(&(self.frame * p), &(self.frame * v));
+        let (p, v) = self.seen(p, v);
+        let h = jacobian(&p, &v);
         let mut turned = SMatrix::<f64, 4, 6>::zeros();
         for half in [0, 3] {
             let part = h.fixed_columns::<3>(half) * self.frame;
@@ -163,6 +181,43 @@ mod tests {
 
     fn at(s: &Vector6<f64>) -> Vector4<f64> {
         expected(&s.fixed_rows::<3>(0).into(), &s.fixed_rows::<3>(3).into())
+    }
+
+    /// An observation from a vehicle: h written again in plain words, its Jacobian by differences, and
+    /// both untouched by axes that point where the reading does.
+    #[test]
+    fn a_radar_elsewhere_that_moves_sees_what_is_relative_to_it() {
+        let (place, own) = (Vector3::new(12.0, -9.0, 2.0), Vector3::new(-8.0, 12.0, 1.0));
+        for state in STATES {
+            let state = Vector6::from(state);
+            let at = |s: &Vector6<f64>| {
+                let d = s.fixed_rows::<3>(0) - place;
+                let v = s.fixed_rows::<3>(3) - own;
+                let r = d.norm();
+                Vector4::new((d.z / r).asin(), d.y.atan2(d.x), r, d.dot(&v) / r)
+            };
+            let observation = Observation {
+                position_m: place,
+                velocity_mps: own,
+                ..Observation::new(at(&state), Vector4::repeat(0.1))
+            };
+            let (p, v) = (
+                state.fixed_rows::<3>(0).into(),
+                state.fixed_rows::<3>(3).into(),
+            );
+            assert!((observation.expected(&p, &v) - at(&state)).norm() < 1e-9);
+            let h = observation.jacobian(&p, &v);
+            for column in 0..6 {
+                let mut step = Vector6::zeros();
+                step[column] = 1e-6;
+                let slope = (at(&(state + step)) - at(&(state - step))) / 2e-6;
+                assert!((h.column(column) - slope).norm() < 1e-6);
+            }
+            let ahead = observation.head_on().expected(&p, &v);
+            assert!(ahead[0].abs() < 1e-9 && ahead[1].abs() < 1e-9);
+            assert!((ahead[2] - at(&state)[2]).abs() < 1e-9);
+            assert!((ahead[3] - at(&state)[3]).abs() < 1e-9);
+        }
     }
 
     #[test]

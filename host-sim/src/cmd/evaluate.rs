@@ -74,7 +74,8 @@ pub struct Args {
     /// Cross-validates in minutes: fewer flights and epochs, one noise table
     #[arg(long)]
     pub quick: bool,
-    /// Scenario of a cross-validation: `paper`, `counter-uas`, `agile` or a TOML file
+    /// Scenario of a cross-validation: `paper`, `counter-uas`, `agile`, `two-radars`,
+    /// `moving-radar` or a TOML file; with radars that are not in the origin BNN, BNKF and BNKFe do not run
     #[arg(
         long,
         value_name = "NAME|FILE",
@@ -134,6 +135,9 @@ pub enum EvaluateError {
     /// A blob that every fold trains for itself.
     #[error("{0}: every fold trains its memoryless networks; --model takes recursive blobs here")]
     TrainedHere(PathBuf),
+    /// A method that the scenario's radars are too much for.
+    #[error("method {0} knows one radar at rest in the origin only, and this scenario has others")]
+    NeedsOrigin(Method),
     /// A method cannot run.
     #[error(transparent)]
     Roster(#[from] RosterError),

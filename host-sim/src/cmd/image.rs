@@ -15,6 +15,7 @@ use bnkf_model_export::flights::volume::Volume;
 use bnkf_model_export::radar::gaps::SamplingRate;
 use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 use bnkf_model_export::radar::sampling::RadarSettings;
+use bnkf_model_export::radar::sensors::Sensors;
 use bnkf_model_export::regular_file::{self, ReadFileError};
 
 use crate::contest::default_models;
@@ -58,6 +59,9 @@ pub struct Args {
     /// Part of the samples that is measured; the image coasts through the rest
     #[arg(long, default_value = "0.75", value_parser = sampling_rate)]
     pub rate: SamplingRate,
+    /// The radar drives on a circle of 20 m at 15 m/s
+    #[arg(long)]
+    pub moving: bool,
     /// Correction after the network (default: what the model is made for)
     #[arg(long, value_enum)]
     pub correction: Option<CorrectionChoice>,
@@ -76,6 +80,12 @@ pub struct Args {
 }
 
 const BUILTIN: &str = "builtin";
+
+/// What `--moving` does.
+const MOVING: Sensors = Sensors::Circling {
+    radius_m: 20.0,
+    speed_mps: 15.0,
+};
 
 /// The correction after the network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -190,7 +200,8 @@ pub fn run(args: &Args) -> Result<(), ImageError> {
     }
     let flight = flight(args, &model.volume().unwrap_or(Volume::PAPER))?;
     let radar = RadarSettings::paper(args.noise, args.noise_table, args.rate, args.seed);
-    let steps = record(&flight, &radar);
+    let sensors = if args.moving { MOVING } else { Sensors::Origin };
+    let steps = record(&flight, &radar, &sensors);
 
     let built = tempfile::NamedTempFile::new()?;
     let image = match &args.image {

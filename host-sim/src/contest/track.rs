@@ -137,6 +137,7 @@ fn place_of(reading: &Reading) -> PositionEstimate {
 /// The reading's position in Cartesian coordinates, metres.
 pub fn position_of(reading: &Reading) -> Vector3<f64> {
     cartesian(reading.elevation_rad, reading.azimuth_rad, reading.range_m)
+        + Vector3::from(reading.sensor.position_m)
 }
 
 #[cfg(test)]

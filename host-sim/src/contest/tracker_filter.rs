@@ -77,6 +77,7 @@ impl Filter for TrackerFilter<'_> {
 mod tests {
     use bnkf::Settings;
     use bnkf::blob::Kind;
+    use bnkf_model_export::radar::pose::Pose;
     use bnkf_model_export::radar::reading::Reading;
     use nalgebra::Vector3;
 
@@ -102,6 +103,7 @@ mod tests {
                 sigma_elevation_rad: 0.005,
                 sigma_azimuth_rad: 0.005,
                 sigma_range_rate_mps: 0.05,
+                sensor: Pose::ORIGIN,
             };
             let mut filter = TrackerFilter::new(blob, Settings::of(&blob)).unwrap();
             let start = Start {

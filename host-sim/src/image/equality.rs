@@ -5,7 +5,8 @@ use bnkf::protocol::{EstimateFrame, RefusalCode};
 use bnkf::{Measurement, Settings, Tracker, TrackerError};
 use bnkf_model_export::call::Call;
 use bnkf_model_export::flights::flight::Flight;
-use bnkf_model_export::radar::sampling::{RadarSettings, sample_radar, time_us};
+use bnkf_model_export::radar::sampling::{RadarSettings, sample_radars, time_us};
+use bnkf_model_export::radar::sensors::Sensors;
 
 use crate::image::session::{ImageSession, SessionError};
 
@@ -18,9 +19,9 @@ pub struct RecordedStep {
     pub measurement: Option<Measurement>,
 }
 
-/// What the radar reports of a flight, step by step.
-pub fn record(flight: &Flight, radar: &RadarSettings) -> Vec<RecordedStep> {
-    let readings = sample_radar(flight, radar);
+/// What radars report of a flight, step by step.
+pub fn record(flight: &Flight, radar: &RadarSettings, sensors: &Sensors) -> Vec<RecordedStep> {
+    let readings = sample_radars(flight, radar, |turn, time_s| sensors.pose(turn, time_s));
     let steps = flight.samples.iter().zip(readings);
     steps
         .map(|(sample, reading)| RecordedStep {

@@ -84,6 +84,7 @@ fn with_range_sigma(
 
 #[cfg(test)]
 mod tests {
+    use bnkf_model_export::radar::pose::Pose;
     use bnkf_model_export::radar::reading::Reading;
     use nalgebra::{Matrix6, Vector3, Vector6};
 
@@ -102,6 +103,7 @@ mod tests {
         sigma_elevation_rad: 0.1,
         sigma_azimuth_rad: 0.2,
         sigma_range_rate_mps: 0.5,
+        sensor: Pose::ORIGIN,
     };
 
     fn moments(covariance: Matrix6<f64>) -> StateMoments {

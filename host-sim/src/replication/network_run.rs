@@ -205,6 +205,7 @@ fn scored(
 #[cfg(test)]
 mod tests {
     use bnkf_model_export::flights::flight::Flight;
+    use bnkf_model_export::radar::pose::Pose;
     use bnkf_model_export::radar::reading::Reading;
     use nalgebra::{Matrix6, Vector6};
 
@@ -228,6 +229,7 @@ mod tests {
                 sigma_elevation_rad: 0.1,
                 sigma_azimuth_rad: 0.1,
                 sigma_range_rate_mps: 1.0,
+                sensor: Pose::ORIGIN,
             });
         }
         (flight, readings)

@@ -86,6 +86,7 @@ pub fn line_of_sight_mps(reading: &Reading) -> Vector3<f64> {
 mod tests {
     use std::f64::consts::{FRAC_PI_2, FRAC_PI_6};
 
+    use bnkf_model_export::radar::pose::Pose;
     use bnkf_model_export::radar::reading::Reading;
 
     use super::pairs;
@@ -103,6 +104,7 @@ mod tests {
             sigma_elevation_rad: 0.02,
             sigma_azimuth_rad: 0.03,
             sigma_range_rate_mps: 0.1,
+            sensor: Pose::ORIGIN,
         }
     }
 

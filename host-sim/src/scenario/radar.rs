@@ -8,7 +8,8 @@ use bnkf_model_export::radar::errors::Errors;
 use bnkf_model_export::radar::gaps::SamplingRate;
 use bnkf_model_export::radar::noise::{NoiseLevel, NoiseSigmas, NoiseTable};
 use bnkf_model_export::radar::reading::Reading;
-use bnkf_model_export::radar::sampling::{RadarSettings, sample_radar};
+use bnkf_model_export::radar::sampling::{RadarSettings, sample_radars};
+use bnkf_model_export::radar::sensors::Sensors;
 use bnkf_model_export::random_source::RandomSource;
 use bnkf_model_export::seed;
 use serde::{Deserialize, Serialize};
@@ -53,12 +54,14 @@ pub struct Radar {
     pub false_alarm_probability: f64,
     /// How errors are distributed.
     pub errors: Errors,
-    /// What is not measured.
-    pub missing: Vec<Channel>,
+    /// What is not measured, by turns; with nothing here, all is.
+    pub missing: Vec<Vec<Channel>>,
     /// Largest range of a false alarm, metres.
     pub range_m_max: f64,
     /// Standard deviations that readings state, over the true ones; 1 for an honest radar.
     pub stated_factor: f64,
+    /// Where the radars are.
+    pub sensors: Sensors,
 }
 
 impl Radar {
@@ -75,6 +78,7 @@ impl Radar {
             missing: Vec::new(),
             range_m_max: 50.0,
             stated_factor: 1.0,
+            sensors: Sensors::Origin,
         }
     }
 
@@ -140,19 +144,37 @@ impl Radar {
             gap_phase: 0,
             seed,
         };
-        let mut readings = sample_radar(flight, &settings);
+        let stride = self.stride(condition);
+        let pose = |index: usize, time_s| self.sensors.pose(index / stride, time_s);
+        let mut readings = sample_radars(flight, &settings, pose);
         if every_sample {
-            let stride = (1.0 / condition.rate.get()).round() as usize;
             for (index, reading) in readings.iter_mut().enumerate() {
                 if index % stride != 0 {
                     *reading = None;
                 }
             }
         }
-        for reading in readings.iter_mut().flatten() {
-            *reading = reading.without(&self.missing);
+        for (index, reading) in readings.iter_mut().enumerate() {
+            let missing = self.missing_at(index / stride);
+            *reading = reading.map(|reading| reading.without(missing));
         }
         readings
+    }
+
+    /// Samples from one turn to the next.
+    fn stride(&self, condition: Condition) -> usize {
+        match self.pattern {
+            Pattern::Blocks => 1,
+            Pattern::Even => (1.0 / condition.rate.get()).round() as usize,
+        }
+    }
+
+    /// What is not measured at the `turn`-th turn.
+    fn missing_at(&self, turn: usize) -> &[Channel] {
+        match self.missing.len() {
+            0 => &[],
+            turns => &self.missing[turn % turns],
+        }
     }
 
     /// Takes readings away and puts false ones in their place.
@@ -171,7 +193,8 @@ impl Radar {
             condition.rate.get().to_bits(),
         ];
         let mut random = RandomSource::new(seed, &ids);
-        for reading in readings.iter_mut().skip(1) {
+        let stride = self.stride(condition);
+        for (index, reading) in readings.iter_mut().enumerate().skip(1) {
             let Some(found) = reading else { continue };
             let detected = random.chance(self.detection_probability);
             let mistaken = random.chance(self.false_alarm_probability);
@@ -184,7 +207,7 @@ impl Radar {
                 ..*found
             };
             if mistaken {
-                *reading = Some(false_alarm.without(&self.missing));
+                *reading = Some(false_alarm.without(self.missing_at(index / stride)));
             } else if !detected {
                 *reading = None;
             }
@@ -198,8 +221,23 @@ mod tests {
     use bnkf_model_export::radar::gaps::SamplingRate;
     use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
     use bnkf_model_export::radar::sampling::{RadarSettings, sample_radar};
+    use bnkf_model_export::radar::sensors::Sensors;
 
     use super::{Condition, Pattern, Radar};
+
+    /// Radars take turns by scans, not by samples: a slower scan does not leave one of them out.
+    #[test]
+    fn turns_are_counted_in_scans() {
+        let radar = Radar {
+            pattern: Pattern::Even,
+            sensors: Sensors::ByTurns(vec![[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]),
+            ..Radar::paper(NoiseTable::Radians)
+        };
+        let readings = radar.readings(&flight(), HALF, 1);
+        let places = readings.iter().flatten().map(|r| r.sensor.position_m[0]);
+        let expected = [1.0, 2.0].into_iter().cycle().take(places.clone().count());
+        assert!(places.clone().count() > 3 && places.eq(expected));
+    }
 
     fn flight() -> Flight {
         let row = |i: i32| [0.1 * f64::from(i), 20.0, 10.0, 5.0];

@@ -11,6 +11,7 @@ use bnkf_model_export::flights::volume::{Volume, VolumeError};
 use bnkf_model_export::radar::errors::Errors;
 use bnkf_model_export::radar::gaps::SamplingRate;
 use bnkf_model_export::radar::noise::{NoiseSigmas, NoiseTable};
+use bnkf_model_export::radar::sensors::Sensors;
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -27,6 +28,8 @@ const RANGE_M_MAX: f64 = 50_000.0;
 /// Smallest part of the samples that is measured, and most such parts.
 const RATE_MIN: f64 = 0.001;
 const RATES_MAX: usize = 10;
+/// Most radars that measure by turns.
+const SITES_MAX: usize = 10;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -72,6 +75,9 @@ struct RadarTable {
     false_alarm_probability: Spanned<f64>,
     errors: Option<Spanned<Errors>>,
     missing: Option<Spanned<Vec<Missing>>>,
+    #[serde(default)]
+    site: Vec<Site>,
+    circle: Option<Circle>,
     low: Sigmas,
     medium: Sigmas,
     high: Sigmas,
@@ -112,6 +118,9 @@ struct RadarVariation {
     noise_tables: Option<Spanned<Vec<NoiseTable>>>,
     errors: Option<Spanned<Errors>>,
     missing: Option<Spanned<Vec<Missing>>>,
+    #[serde(default)]
+    site: Vec<Site>,
+    circle: Option<Circle>,
 }
 
 /// Tells a [`Variation`] from a whole scenario.
@@ -139,6 +148,24 @@ impl From<Missing> for Channel {
             Missing::RangeRate => Self::RangeRate,
         }
     }
+}
+
+/// One of several radars that measure by turns.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Site {
+    east_m: Spanned<f64>,
+    north_m: Spanned<f64>,
+    up_m: Spanned<f64>,
+    missing: Option<Spanned<Vec<Missing>>>,
+}
+
+/// The circle that a radar drives on.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Circle {
+    radius_m: Spanned<f64>,
+    speed_mps: Spanned<f64>,
 }
 
 /// Where an error belongs.
@@ -213,8 +240,7 @@ impl Place<'_> {
         Ok(*errors.get_ref())
     }
 
-    /// Channels that are not measured: not all, and the azimuth never, since no filter starts
-    /// without one.
+    /// Channels that are not measured, not all of them.
     fn missing(
         &self,
         missing: Option<&Spanned<Vec<Missing>>>,
@@ -222,13 +248,33 @@ impl Place<'_> {
         let Some(missing) = missing else {
             return Ok(Vec::new());
         };
-        let (list, span) = (missing.get_ref(), Some(missing.span()));
-        if list.contains(&Missing::Azimuth) {
-            let message = "`missing` has `azimuth`, without which no track starts";
-            return Err(self.error(span, message));
-        }
-        let distinct = self.distinct(list, span, "missing", 3)?;
+        let distinct = self.distinct(missing.get_ref(), Some(missing.span()), "missing", 3)?;
         Ok(distinct.into_iter().map(Channel::from).collect())
+    }
+
+    /// What the radar does not measure, or each of its sites. What measures first has an azimuth:
+    /// no filter starts without one.
+    fn missing_by_turns(
+        &self,
+        missing: Option<&Spanned<Vec<Missing>>>,
+        sites: &[Site],
+    ) -> Result<Vec<Vec<Channel>>, ScenarioError> {
+        let of_sites = sites.iter().map(|site| self.missing(site.missing.as_ref()));
+        let mut turns = of_sites.collect::<Result<Vec<_>, _>>()?;
+        let mut first = sites.first().and_then(|site| site.missing.as_ref());
+        if let Some(missing) = missing {
+            if turns.iter().any(|turn| !turn.is_empty()) {
+                let message = "`missing` of the radar and of a `site` exclude each other";
+                return Err(self.error(Some(missing.span()), message));
+            }
+            turns = vec![self.missing(Some(missing))?];
+            first = Some(missing);
+        }
+        if let Some(first) = first.filter(|first| first.get_ref().contains(&Missing::Azimuth)) {
+            let message = "`missing` has `azimuth`, without which no track starts";
+            return Err(self.error(Some(first.span()), message));
+        }
+        Ok(turns)
     }
 
     /// A whole number.
@@ -330,6 +376,39 @@ impl Place<'_> {
         }
     }
 
+    /// Where the radars are: one in the origin, sites by turns, or one that drives.
+    fn sensors(&self, sites: &[Site], circle: Option<&Circle>) -> Result<Sensors, ScenarioError> {
+        if let Some(circle) = circle {
+            let span = circle.radius_m.span();
+            if !sites.is_empty() {
+                return Err(self.error(Some(span), "`site` and `circle` exclude each other"));
+            }
+            return Ok(Sensors::Circling {
+                radius_m: self.within(&circle.radius_m, "radius_m", 0.1..=RANGE_M_MAX)?,
+                speed_mps: self.within(&circle.speed_mps, "speed_mps", -300.0..=300.0)?,
+            });
+        }
+        if sites.len() > SITES_MAX {
+            let span = sites[SITES_MAX].east_m.span();
+            let message = format!("`site`: {} of them, at most {SITES_MAX}", sites.len());
+            return Err(self.error(Some(span), &message));
+        }
+        let place = -RANGE_M_MAX..=RANGE_M_MAX;
+        let mut places = Vec::with_capacity(sites.len());
+        for site in sites {
+            places.push([
+                self.within(&site.east_m, "east_m", place.clone())?,
+                self.within(&site.north_m, "north_m", place.clone())?,
+                self.within(&site.up_m, "up_m", place.clone())?,
+            ]);
+        }
+        Ok(if places.is_empty() {
+            Sensors::Origin
+        } else {
+            Sensors::ByTurns(places)
+        })
+    }
+
     /// Every field is within its bounds, and still all together may be too much.
     fn samples(&self, flights: &Flights, count: usize) -> Result<(), ScenarioError> {
         let samples = (flights.duration_s.get_ref() * flights.rate_hz.get_ref()).round();
@@ -407,9 +486,10 @@ pub fn parse(text: &str, file: &str) -> Result<Scenario, ScenarioError> {
                 0.0..=0.5,
             )?,
             errors: place.errors(radar.errors.as_ref())?,
-            missing: place.missing(radar.missing.as_ref())?,
+            missing: place.missing_by_turns(radar.missing.as_ref(), &radar.site)?,
             range_m_max: volume.range_m_max,
             stated_factor: 1.0,
+            sensors: place.sensors(&radar.site, radar.circle.as_ref())?,
         },
     };
     place.samples(flights, scenario.count.max(scenario.quick_count))?;
@@ -443,7 +523,8 @@ fn varied(place: &Place<'_>, form: &Variation) -> Result<Scenario, ScenarioError
         radar: Radar {
             tables,
             errors: place.errors(form.radar.errors.as_ref())?,
-            missing: place.missing(form.radar.missing.as_ref())?,
+            missing: place.missing_by_turns(form.radar.missing.as_ref(), &form.radar.site)?,
+            sensors: place.sensors(&form.radar.site, form.radar.circle.as_ref())?,
             ..base.radar
         },
         ..base

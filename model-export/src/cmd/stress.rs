@@ -10,7 +10,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Runs the firmware's tracker through zenith passes, speeds up to 30 m/s, five-second gaps,
-/// outliers and mis-stated sigmas; or, with --hostile, attacks it with any input at all.
+/// outliers, mis-stated sigmas and from a radar that drives; or, with --hostile, attacks it with any input at all.
 ///
 /// Fails if an estimate is not finite, a covariance not positive definite, a step of a flight refused,
 /// or under attack a mode or a time not what happened. Restarts are counted by their cause. The attack
@@ -24,7 +24,7 @@ pub struct Args {
     /// Attack each blob with this many calls instead of flying
     #[arg(long, value_name = "CALLS", value_parser = clap::value_parser!(u64).range(1..=10_000_000_000))]
     hostile: Option<u64>,
-    /// Flights of each of the five kinds
+    /// Flights of each of the six kinds
     #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     flights: u32,
     /// Monte Carlo passes; 1 takes every weight at its mean

@@ -276,6 +276,7 @@ mod tests {
             sigma_elevation_rad: noise.elevation_rad,
             sigma_azimuth_rad: noise.azimuth_rad,
             sigma_range_rate_mps: noise.range_rate_mps,
+            sensor: crate::radar::pose::Pose::ORIGIN,
         };
         let mut random = RandomSource::new(6, &[]);
         let mut off = |first| {

@@ -1,11 +1,12 @@
 //! One simulated radar reading in f64, as the host's filters take it.
 
+use crate::radar::pose::Pose;
 use bnkf::measurement::{Channel, Vectors};
 use bnkf::{Measurement, Sensed};
 
 /// Range, elevation, azimuth and range-rate at one instant, with their standard deviations.
 ///
-/// Frame: x east, y north, z up, radar at the origin; azimuth from +x towards +y, elevation from
+/// Frame: x east, y north, z up, counted from the radar's own place; azimuth from +x towards +y, elevation from
 /// the horizontal plane, range-rate positive outbound. A noisy range may be negative, a noisy
 /// elevation may pass the zenith; the azimuth stays in `(-pi, pi]`.
 ///
@@ -31,6 +32,8 @@ pub struct Reading {
     pub sigma_azimuth_rad: f64,
     /// Standard deviation of the range-rate, metres per second.
     pub sigma_range_rate_mps: f64,
+    /// Where the radar was and how it moved.
+    pub sensor: Pose,
 }
 
 impl Reading {
@@ -103,6 +106,7 @@ impl From<&Reading> for Measurement {
             elevation,
             azimuth,
             range_rate,
+            sensor: reading.sensor.into(),
         }
     }
 }
@@ -121,6 +125,7 @@ mod tests {
         sigma_elevation_rad: 0.01,
         sigma_azimuth_rad: 0.02,
         sigma_range_rate_mps: 0.1,
+        sensor: Pose::ORIGIN,
     };
 
     #[test]

@@ -9,6 +9,7 @@ use crate::radar::gaps::{self, SamplingRate};
 use crate::radar::noise::{NoiseLevel, NoiseSigmas, NoiseTable};
 pub use crate::radar::polar::Polar;
 use crate::radar::polar::wrap_azimuth;
+use crate::radar::pose::Pose;
 use crate::radar::reading::Reading;
 use crate::random_source::RandomSource;
 use crate::seed;
@@ -46,13 +47,27 @@ impl RadarSettings {
     }
 }
 
-/// The readings of one flight, one entry per sample, `None` in gaps.
+/// The readings of one flight by a radar in the origin, one entry per sample, `None` in gaps.
+///
+/// See [`sample_radars`].
+#[must_use]
+pub fn sample_radar(flight: &Flight, settings: &RadarSettings) -> Vec<Option<Reading>> {
+    sample_radars(flight, settings, |_, _| Pose::ORIGIN)
+}
+
+/// The readings of one flight, one entry per sample, `None` in gaps; `pose` is the radar that measures
+/// the sample of this number, so many seconds after the first.
 ///
 /// The noise belongs to (seed, flight name, noise, rate): the order of flights, the number of
 /// threads and other flights do not change it, and different cells draw different noise.
 #[must_use]
-pub fn sample_radar(flight: &Flight, settings: &RadarSettings) -> Vec<Option<Reading>> {
+pub fn sample_radars(
+    flight: &Flight,
+    settings: &RadarSettings,
+    pose: impl Fn(usize, f64) -> Pose,
+) -> Vec<Option<Reading>> {
     let noise = &settings.noise;
+    let start_s = flight.samples.first().map_or(0.0, |first| first.time_s);
     let mut random = RandomSource::new(
         settings.seed,
         &[
@@ -76,7 +91,8 @@ pub fn sample_radar(flight: &Flight, settings: &RadarSettings) -> Vec<Option<Rea
             if !measured {
                 return None;
             }
-            let exact = Polar::of(sample.position_m, sample.velocity_mps);
+            let sensor = pose(index, sample.time_s - start_s);
+            let exact = sensor.polar(sample.position_m, sample.velocity_mps);
             let factor = settings.errors.factor(exact.range_m);
             let (noise, stated) = (noise.scaled(factor), settings.stated.scaled(factor));
             let [range, elevation, azimuth, range_rate] = draws.next(sample.time_s, &mut random);
@@ -90,6 +106,7 @@ pub fn sample_radar(flight: &Flight, settings: &RadarSettings) -> Vec<Option<Rea
                 sigma_elevation_rad: stated.elevation_rad,
                 sigma_azimuth_rad: stated.azimuth_rad,
                 sigma_range_rate_mps: stated.range_rate_mps,
+                sensor,
             };
             Some(
                 settings

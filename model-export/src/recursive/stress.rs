@@ -6,7 +6,8 @@ use crate::flights::flight::{Flight, Sample};
 use crate::radar::errors::spoil;
 use crate::radar::gaps::SamplingRate;
 use crate::radar::noise::{NoiseLevel, NoiseTable};
-use crate::radar::sampling::{RadarSettings, sample_radar, time_us};
+use crate::radar::sampling::{RadarSettings, sample_radars, time_us};
+use crate::radar::sensors::Sensors;
 use crate::random_source::RandomSource;
 use crate::seed::name_id;
 use crate::soundness::{is_definite, is_finite};
@@ -32,16 +33,19 @@ pub enum Hardship {
     Outliers,
     /// The sensor is twice as good or half as good as it says.
     Misstated,
+    /// The radar drives on a circle of 3 to 60 m at up to 40 m/s.
+    Driving,
 }
 
 impl Hardship {
     /// All of them.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Zenith,
         Self::Fast,
         Self::Gaps,
         Self::Outliers,
         Self::Misstated,
+        Self::Driving,
     ];
 
     /// The name that tables print.
@@ -53,6 +57,7 @@ impl Hardship {
             Self::Gaps => "gaps",
             Self::Outliers => "outliers",
             Self::Misstated => "misstated",
+            Self::Driving => "driving",
         }
     }
 }
@@ -193,7 +198,17 @@ fn trial(hardship: Hardship, index: usize, seed: u64) -> Trial {
     if hardship == Hardship::Misstated {
         settings.stated = settings.noise.scaled([0.5, 2.0][random.below(2)]);
     }
-    let mut readings = sample_radar(&flight, &settings);
+    let sensors = if hardship == Hardship::Driving {
+        Sensors::Circling {
+            radius_m: random.uniform(3.0, 60.0),
+            speed_mps: random.uniform(-40.0, 40.0),
+        }
+    } else {
+        Sensors::Origin
+    };
+    let mut readings = sample_radars(&flight, &settings, |turn, time_s| {
+        sensors.pose(turn, time_s)
+    });
     match hardship {
         Hardship::Gaps => {
             for from in [20, 85, 145] {
@@ -207,7 +222,7 @@ fn trial(hardship: Hardship, index: usize, seed: u64) -> Trial {
                 }
             }
         }
-        Hardship::Zenith | Hardship::Fast | Hardship::Misstated => {}
+        Hardship::Zenith | Hardship::Fast | Hardship::Misstated | Hardship::Driving => {}
     }
     let times = flight.samples.iter();
     Trial {

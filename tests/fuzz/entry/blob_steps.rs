@@ -2,11 +2,12 @@
 //!
 //! Bytes: which blob; number of patches; each patch an offset (u16) and a byte, the first kilobyte
 //! twice as likely as the rest; then per call a kind, the time since the last (u32, microseconds),
-//! which channels are there, and eight raw single-precision numbers.
+//! which channels are there, and eight raw single-precision numbers; six more for the sensor where
+//! bit 4 of the channels' byte is set.
 
 use bnkf::blob::{Blob, checksum, field};
 use bnkf::estimate::Estimate;
-use bnkf::{Measurement, Sensed, Settings, Tracker};
+use bnkf::{Measurement, Sensed, Sensor, Settings, Tracker};
 use bnkf_model_export::call::Call;
 use bnkf_model_export::soundness::{is_definite, is_finite, is_lost, is_true};
 
@@ -54,12 +55,24 @@ pub fn run(bytes: &[u8]) {
             let sigma = f32::from_le_bytes([next(), next(), next(), next()]);
             (present >> index & 1 == 0).then_some(Sensed { value, sigma })
         };
+        let (range, elevation, azimuth) = (channel(0), channel(1), channel(2));
+        let range_rate = channel(3);
+        let mut number = || f32::from_le_bytes([next(), next(), next(), next()]);
+        let sensor = if present & 16 == 0 {
+            Sensor::ORIGIN
+        } else {
+            Sensor {
+                position_m: core::array::from_fn(|_| number()),
+                velocity_mps: core::array::from_fn(|_| number()),
+            }
+        };
         let measurement = Measurement {
             time_us: at_us,
-            range: channel(0),
-            elevation: channel(1),
-            azimuth: channel(2),
-            range_rate: channel(3),
+            range,
+            elevation,
+            azimuth,
+            range_rate,
+            sensor,
         };
         let call = Call::new(at_us, (kind & 1 == 0).then_some(measurement));
         match call.answer(&mut tracker) {

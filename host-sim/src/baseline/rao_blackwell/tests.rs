@@ -3,8 +3,9 @@ use crate::baseline::kalman::Kalman;
 use crate::baseline::origin::Origin;
 use crate::baseline::prior::tests::PRIOR;
 use crate::baseline::sensor::{cartesian, expected, residual};
+use bnkf_model_export::radar::pose::Pose;
 use bnkf_model_export::scoring::step_score::StepScore;
-use nalgebra::{Matrix3, Vector3, Vector4};
+use nalgebra::{Matrix3, Vector4};
 
 const MOTION: Singer = Singer {
     acceleration_sigma_mps2: 1.5,
@@ -24,6 +25,7 @@ fn reading(k: u64, z: &Vector4<f64>, sigma: &Vector4<f64>) -> Reading {
         sigma_azimuth_rad: sigma[1],
         sigma_range_m: sigma[2],
         sigma_range_rate_mps: sigma[3],
+        sensor: Pose::ORIGIN,
     }
 }
 
@@ -179,7 +181,8 @@ fn resampling_keeps_the_moments_and_the_seed_decides() {
     let mut filter = started(&reading(0, &z, &sigma));
     let before = filter.estimate(None).unwrap();
     let mut twin = filter.clone();
-    assert!(filter.resample().is_ok() && twin.resample().is_ok());
+    let radar_m = Vector3::zeros();
+    assert!(filter.resample(&radar_m).is_ok() && twin.resample(&radar_m).is_ok());
     assert_eq!(filter.particles, twin.particles);
     assert!((filter.effective_particles() - PARTICLES as f64).abs() < 1e-9);
     let after = filter.estimate(None).unwrap();

@@ -7,6 +7,7 @@ use bnkf::blob::Kind;
 use bnkf_model_export::atomic_file;
 use bnkf_model_export::command_line::command_line;
 use bnkf_model_export::flights::data_hash;
+use bnkf_model_export::radar::sensors::Sensors;
 use clap::ValueEnum;
 use indicatif::ProgressBar;
 
@@ -39,6 +40,12 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
         None if args.quick => scenario.radar.tables.truncate(1),
         None => {}
     }
+    let in_origin = scenario.radar.sensors == Sensors::Origin;
+    if let Some(method) = args.methods.iter().find(|method| method.needs_origin())
+        && !in_origin
+    {
+        return Err(EvaluateError::NeedsOrigin(*method));
+    }
     // Before the work, not after it.
     output_folder::prepare(&args.out)?;
     let data = Data::of(args, &scenario)?;
@@ -67,7 +74,7 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
         runs: data.runs,
         to_tune_on: data.to_tune_on,
         tuned_on: data.tuned_on,
-        methods: methods_or(args, &all_methods(&shipped)),
+        methods: methods_or(args, &all_methods(&shipped, in_origin)),
         shipped,
         passes: args.passes,
         epochs: args
@@ -127,12 +134,12 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
     Ok(())
 }
 
-/// Every method that has what it needs. Tuning the tracker takes minutes a fold, so it must be named.
-fn all_methods(shipped: &[Model]) -> Vec<Method> {
+/// Every method that has what it needs, with a radar in the origin or without. Tuning the tracker takes minutes a fold, so it must be named.
+fn all_methods(shipped: &[Model], in_origin: bool) -> Vec<Method> {
     let without = |method: &Method| match method {
         Method::Recursive => !shipped.is_empty(),
         Method::RecursiveTuned => false,
-        _ => true,
+        method => in_origin || !method.needs_origin(),
     };
     Method::value_variants()
         .iter()
