@@ -2,6 +2,7 @@
 
 use std::ops::{Range, RangeInclusive};
 
+use bnkf::late::LATE_MAX_US;
 use bnkf_model_export::brief_number::brief;
 use bnkf_model_export::flights::data_hash;
 use bnkf_model_export::flights::flight::SAMPLES_MIN;
@@ -15,7 +16,7 @@ use toml::Spanned;
 
 use super::{Scenario, ScenarioError};
 use crate::scenario::kind::Kind;
-use crate::scenario::radar::{Pattern, Radar};
+use crate::scenario::radar::{Lateness, Pattern, Radar};
 
 /// Most flights.
 const COUNT_MAX: f64 = 100_000.0;
@@ -74,6 +75,7 @@ struct RadarTable {
     #[serde(default)]
     site: Vec<Site>,
     circle: Option<Circle>,
+    late: Option<Late>,
     low: Sigmas,
     medium: Sigmas,
     high: Sigmas,
@@ -103,6 +105,14 @@ struct Site {
 struct Circle {
     radius_m: Spanned<f64>,
     speed_mps: Spanned<f64>,
+}
+
+/// Readings that come late.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Late {
+    share: Spanned<f64>,
+    by_s: Spanned<f64>,
 }
 
 /// Where an error belongs.
@@ -245,6 +255,17 @@ impl Place<'_> {
         }
     }
 
+    fn late(&self, radar: &RadarTable) -> Result<Lateness, ScenarioError> {
+        let Some(late) = &radar.late else {
+            return Ok(Lateness::default());
+        };
+        let most_s = LATE_MAX_US as f64 * 1e-6;
+        Ok(Lateness {
+            share: self.within(&late.share, "share", 0.0..=1.0)?,
+            by_s: self.within(&late.by_s, "by_s", 0.0..=most_s)?,
+        })
+    }
+
     /// Where the radars are: one in the origin, sites by turns, or one that drives.
     fn sensors(&self, radar: &RadarTable) -> Result<Sensors, ScenarioError> {
         if let Some(circle) = &radar.circle {
@@ -359,6 +380,7 @@ pub fn parse(text: &str, file: &str) -> Result<Scenario, ScenarioError> {
             range_m_max: volume.range_m_max,
             stated_factor: 1.0,
             sensors: place.sensors(radar)?,
+            late: place.late(radar)?,
         },
     };
     place.samples(flights, scenario.count.max(scenario.quick_count))?;

@@ -30,6 +30,8 @@ pub struct Reading {
     pub sigma_range_rate_mps: f64,
     /// Where the radar was and how it moved.
     pub sensor: Pose,
+    /// How long after its time it comes, microseconds.
+    pub late_us: u64,
 }
 
 impl From<&Reading> for Measurement {

@@ -99,6 +99,7 @@ pub fn sample_radars(
                 sigma_azimuth_rad: settings.stated.azimuth_rad,
                 sigma_range_rate_mps: settings.stated.range_rate_mps,
                 sensor,
+                late_us: 0,
             })
         })
         .collect()
