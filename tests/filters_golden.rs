@@ -49,6 +49,7 @@ fn reading(level: &Value, z: &Value, time_us: u64) -> Reading {
         sigma_azimuth_rad: number(&sigmas["azimuth_rad"]),
         sigma_range_rate_mps: number(&sigmas["range_rate_mps"]),
         sensor: Pose::ORIGIN,
+        late_us: 0,
     }
 }
 

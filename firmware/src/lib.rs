@@ -42,6 +42,7 @@ pub mod ekf;
 pub mod estimate;
 pub mod gaussian;
 pub mod kernel;
+pub mod late;
 pub mod measurement;
 pub mod memoryless;
 pub mod mounting;
@@ -59,6 +60,7 @@ mod tracker;
 
 pub use clock::WrappingClock;
 pub use estimate::{Doubt, Estimate, Mode, Motion};
+pub use late::LateTracker;
 pub use measurement::{Channel, Measurement, MeasurementError, Sensed};
 pub use mounting::{Direction, Mounting};
 pub use sensor::{Sensor, SensorError};

@@ -8,4 +8,4 @@ mod tracker;
 
 pub use features::{FEATURES_MAX, features};
 pub use plot::Plot;
-pub(crate) use tracker::Memoryless;
+pub(crate) use tracker::{Memoryless, Snapshot};

@@ -27,4 +27,4 @@ pub mod track;
 mod tracker;
 
 pub use candidate::AGREEING;
-pub(crate) use tracker::Recursive;
+pub(crate) use tracker::{Recursive, Snapshot};

@@ -6,8 +6,8 @@ use crate::blob::{Blob, Kind};
 use crate::clock::{Clock, ClockError, Tick};
 use crate::estimate::Estimate;
 use crate::measurement::Measurement;
-use crate::memoryless::Memoryless;
-use crate::recursive::Recursive;
+use crate::memoryless::{self, Memoryless};
+use crate::recursive::{self, Recursive};
 use crate::settings::{Settings, TrackerError};
 use crate::step_error::StepError;
 
@@ -30,6 +30,29 @@ pub struct Tracker<'a> {
 enum Inner<'a> {
     Memoryless(Memoryless<'a>),
     Recursive(Recursive<'a>),
+}
+
+/// What a [`Tracker`] knows at one time, apart from its model and its settings.
+#[derive(Clone)]
+pub(crate) struct Snapshot {
+    clock: Clock,
+    latest: Option<Measurement>,
+    inner: InnerSnapshot,
+}
+
+// As of `Inner`.
+#[allow(clippy::large_enum_variant)]
+#[derive(Clone)]
+enum InnerSnapshot {
+    Memoryless(memoryless::Snapshot),
+    Recursive(recursive::Snapshot),
+}
+
+impl Snapshot {
+    /// The tracker's latest time, microseconds.
+    pub fn latest_us(&self) -> Option<u64> {
+        self.clock.latest_us()
+    }
 }
 
 /// Static memory of the tracker is part of its contract: what a caller must set aside.
@@ -58,6 +81,39 @@ impl<'a> Tracker<'a> {
     /// The settings given to [`Tracker::new`].
     pub fn settings(&self) -> Settings {
         self.settings
+    }
+
+    /// Time of the latest measurement or coast, microseconds.
+    pub fn latest_us(&self) -> Option<u64> {
+        self.clock.latest_us()
+    }
+
+    /// A copy of what it knows, for [`Tracker::restore`].
+    pub(crate) fn snapshot(&self) -> Snapshot {
+        Snapshot {
+            clock: self.clock,
+            latest: self.latest,
+            inner: match &self.inner {
+                Inner::Memoryless(tracker) => InnerSnapshot::Memoryless(tracker.snapshot()),
+                Inner::Recursive(tracker) => InnerSnapshot::Recursive(tracker.snapshot()),
+            },
+        }
+    }
+
+    /// Goes back to what it knew when `snapshot` was taken of it, or of another tracker of its kind.
+    pub(crate) fn restore(&mut self, snapshot: &Snapshot) {
+        self.clock = snapshot.clock;
+        self.latest = snapshot.latest;
+        match (&mut self.inner, &snapshot.inner) {
+            (Inner::Memoryless(tracker), InnerSnapshot::Memoryless(snapshot)) => {
+                tracker.restore(snapshot);
+            }
+            (Inner::Recursive(tracker), InnerSnapshot::Recursive(snapshot)) => {
+                tracker.restore(snapshot);
+            }
+            // Of the other kind: there is nothing of it to know.
+            _ => self.reset(),
+        }
     }
 
     /// Forgets the target and all times, and starts the random stream again.

@@ -115,4 +115,13 @@ pub trait Filter {
         time_us: u64,
         reading: Option<&Reading>,
     ) -> Result<PositionEstimate, FilterError>;
+
+    /// Takes in a reading that comes after the step of its time, at most
+    /// [`LATE_MAX_US`](bnkf::late::LATE_MAX_US) behind the last one; the estimate at the last step's time.
+    ///
+    /// # Errors
+    /// It is too late, or there is no usable estimate. A method that has no way to take one leaves it out.
+    fn late(&mut self, _reading: &Reading) -> Result<PositionEstimate, FilterError> {
+        Err(FilterError::TimeWentBack)
+    }
 }

@@ -56,7 +56,7 @@ const WHOLE: [(&str, &str); 3] = [
 ];
 
 /// All scenarios that are part of the program: name and text.
-pub const BUILT_IN: [(&str, &str); 19] = [
+pub const BUILT_IN: [(&str, &str); 20] = [
     WHOLE[0],
     WHOLE[1],
     WHOLE[2],
@@ -76,6 +76,7 @@ pub const BUILT_IN: [(&str, &str); 19] = [
         "moving-radar",
         include_str!("../scenarios/moving-radar.toml"),
     ),
+    ("late", include_str!("../scenarios/late.toml")),
     (
         "range-doppler",
         include_str!("../scenarios/range-doppler.toml"),
@@ -151,6 +152,7 @@ mod tests {
     use bnkf_model_export::radar::noise::{
         COUNTER_UAS_ANGLES_DEG, NoiseLevel, NoiseSigmas, NoiseTable,
     };
+    use bnkf_model_export::radar::reading::Reading;
     use bnkf_model_export::radar::sensors::Sensors;
     use bnkf_model_export::recursive::scenario::{
         COUNTER_UAS_MISSED, COUNTER_UAS_STRIDES, Scenario as Trained,
@@ -158,7 +160,7 @@ mod tests {
 
     use super::kind::Kind;
     use super::{BUILT_IN, FILE_BYTES_MAX, Scenario, WHOLE};
-    use crate::scenario::radar::{Pattern, Radar};
+    use crate::scenario::radar::{Lateness, Pattern, Radar};
 
     #[test]
     fn the_papers_scenario_is_the_papers() {
@@ -188,6 +190,7 @@ mod tests {
                 varied.radar.errors != Errors::Gaussian,
                 varied.radar.missing.iter().any(|turn| !turn.is_empty()),
                 varied.kind != paper.kind,
+                varied.radar.late != paper.radar.late,
                 *name != "range-doppler" && varied.radar.sensors != paper.radar.sensors,
                 varied.speed_scale != paper.speed_scale,
             ];
@@ -279,6 +282,42 @@ mod tests {
         assert_eq!(
             (agile.duration_s, agile.rate_hz),
             (paper.duration_s, paper.rate_hz)
+        );
+    }
+
+    #[test]
+    fn late_readings_are_the_papers_later() {
+        let (paper, late) = (
+            Scenario::find(Path::new("paper")),
+            Scenario::find(Path::new("late")),
+        );
+        let (paper, late) = (paper.unwrap(), late.unwrap());
+        let (share, by_s) = (0.5, 0.3);
+        assert_eq!(late.radar.late, Lateness { share, by_s });
+        let flight = &late.flights(2, 1).unwrap()[0];
+        let condition = late.radar.conditions()[0];
+        let readings = late.radar.readings(flight, condition, 1);
+        let mut count = 0;
+        for (late, on_time) in readings
+            .iter()
+            .zip(paper.radar.readings(flight, condition, 1))
+        {
+            count += usize::from(late.is_some_and(|reading| reading.late_us == 300_000));
+            assert_eq!(
+                late.map(|reading| Reading {
+                    late_us: 0,
+                    ..reading
+                }),
+                on_time
+            );
+        }
+        assert!((60..90).contains(&count), "{count}");
+        assert_eq!(readings[0].unwrap().late_us, 0);
+        let text = BUILT_IN[0].1.to_owned() + "\n[radar.late]\nshare = 0.5\nby_s = 0.6\n";
+        let error = Scenario::parse(&text, "s.toml").unwrap_err().to_string();
+        assert!(
+            error.contains("`by_s` = 0.6 is not between 0 and 0.5"),
+            "{error}"
         );
     }
 

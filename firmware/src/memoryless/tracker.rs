@@ -39,6 +39,15 @@ pub(crate) struct Memoryless<'a> {
     before: Option<Fix>,
 }
 
+/// What a [`Memoryless`] knows at one time.
+#[derive(Clone)]
+pub(crate) struct Snapshot {
+    rng: Generator,
+    previous: Option<Plot>,
+    latest: Option<Fix>,
+    before: Option<Fix>,
+}
+
 impl<'a> Memoryless<'a> {
     /// A tracker that has seen nothing yet; `settings` fit the blob.
     pub fn new(blob: Blob<'a>, settings: Settings) -> Self {
@@ -56,6 +65,24 @@ impl<'a> Memoryless<'a> {
             latest: None,
             before: None,
         }
+    }
+
+    /// A copy of what it knows.
+    pub fn snapshot(&self) -> Snapshot {
+        Snapshot {
+            rng: self.rng.clone(),
+            previous: self.previous,
+            latest: self.latest,
+            before: self.before,
+        }
+    }
+
+    /// Goes back to what it knew when `snapshot` was taken.
+    pub fn restore(&mut self, snapshot: &Snapshot) {
+        self.rng = snapshot.rng.clone();
+        self.previous = snapshot.previous;
+        self.latest = snapshot.latest;
+        self.before = snapshot.before;
     }
 
     /// Forgets the target and starts the random stream again.

@@ -153,6 +153,8 @@ impl Track {
 
     /// What a measurement makes of the prediction over `interval` under all hypotheses, and its
     /// whitened innovations; `None` where single precision overflows, or rounding spoils it.
+    // The corrections under every hypothesis would weigh on the stack of the prediction before.
+    #[inline(never)]
     pub fn weighed(
         &self,
         vectors: &Vectors<f32>,

@@ -51,6 +51,15 @@ pub(crate) struct Recursive<'a> {
     candidate: Option<Candidate>,
 }
 
+/// What a [`Recursive`] knows at one time.
+#[derive(Clone)]
+pub(crate) struct Snapshot {
+    rng: Generator,
+    track: Option<Track>,
+    rejections: u8,
+    candidate: Option<Candidate>,
+}
+
 /// What one answer of the network means after the prediction.
 struct Step {
     /// For the correction.
@@ -87,6 +96,24 @@ impl<'a> Recursive<'a> {
             rejections: 0,
             candidate: None,
         }
+    }
+
+    /// A copy of what it knows.
+    pub fn snapshot(&self) -> Snapshot {
+        Snapshot {
+            rng: self.rng.clone(),
+            track: self.track,
+            rejections: self.rejections,
+            candidate: self.candidate,
+        }
+    }
+
+    /// Goes back to what it knew when `snapshot` was taken.
+    pub fn restore(&mut self, snapshot: &Snapshot) {
+        self.rng = snapshot.rng.clone();
+        self.track = snapshot.track;
+        self.rejections = snapshot.rejections;
+        self.candidate = snapshot.candidate;
     }
 
     /// Forgets the target and starts the random stream again.

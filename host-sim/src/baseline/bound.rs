@@ -166,6 +166,7 @@ mod tests {
             sigma_azimuth_rad: 0.02,
             sigma_range_rate_mps: 0.5,
             sensor: Pose::ORIGIN,
+            late_us: 0,
         }
     }
 

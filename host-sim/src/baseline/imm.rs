@@ -134,6 +134,7 @@ mod tests {
             sigma_azimuth_rad: 0.001,
             sigma_range_rate_mps: 0.01,
             sensor: Pose::ORIGIN,
+            late_us: 0,
         }
     }
 

@@ -104,6 +104,7 @@ mod tests {
             sigma_azimuth_rad: 0.01,
             sigma_range_rate_mps: 0.1,
             sensor: Pose::ORIGIN,
+            late_us: 0,
         }
     }
 

@@ -176,6 +176,7 @@ mod tests {
             sigma_azimuth_rad: 0.01,
             sigma_range_rate_mps: 0.1,
             sensor: Pose::ORIGIN,
+            late_us: 0,
         };
         let (p, v) = (Vector3::zeros(), Vector3::zeros());
         let start = Start {

@@ -13,6 +13,7 @@ pub mod gated;
 pub mod gaussian;
 pub mod imm;
 pub mod kalman;
+pub mod late;
 pub mod memoryless;
 pub mod mixture;
 pub mod motion;

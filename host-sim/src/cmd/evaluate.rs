@@ -75,7 +75,7 @@ pub struct Args {
     #[arg(long)]
     pub quick: bool,
     /// Scenario of a cross-validation: `paper`, `counter-uas`, `agile`, `two-radars`,
-    /// `moving-radar` or a TOML file; with radars that are not in the origin BNN, BNKF and BNKFe do not run
+    /// `moving-radar`, `late` or a TOML file; with radars that are not in the origin BNN, BNKF and BNKFe do not run
     #[arg(
         long,
         value_name = "NAME|FILE",

@@ -11,6 +11,7 @@ use crate::baseline::correction::Correction;
 use crate::baseline::gated::Gated;
 use crate::baseline::imm::Imm;
 use crate::baseline::kalman::Kalman;
+use crate::baseline::late::Late;
 use crate::baseline::memoryless::{Memoryless, Rule};
 use crate::baseline::rao_blackwell::RaoBlackwell;
 use crate::baseline::sigma_points::Spread;
@@ -191,8 +192,8 @@ impl<'a> Roster<'a> {
     pub fn filters(&self, condition: Condition, seed: u64) -> Vec<(Method, Box<dyn Filter + 'a>)> {
         let filter = |recipe: &Recipe<'a>| -> Box<dyn Filter + 'a> {
             match *recipe {
-                Recipe::PaperEkf => Box::new(Kalman::paper_ekf()),
-                Recipe::PaperUkf => Box::new(Kalman::paper_ukf()),
+                Recipe::PaperEkf => Box::new(Late::new(Kalman::paper_ekf())),
+                Recipe::PaperUkf => Box::new(Late::new(Kalman::paper_ukf())),
                 Recipe::Tracker(blob, settings) => {
                     let settings = Settings { seed, ..settings };
                     Box::new(TrackerFilter::new(blob, settings).expect("checked in Roster::new"))
@@ -219,18 +220,21 @@ impl Kind {
     fn filter(self, tuning: &Tuning, seed: u64) -> Box<dyn Filter> {
         let range_sigma_m = tuning.prior.range_m.sigma;
         match self {
-            Self::Kalman(correction) => {
-                Box::new(Gated::new(tuning.kalman(correction), range_sigma_m))
-            }
-            Self::Imm5 => Box::new(Gated::new(tuning.imm_five(), range_sigma_m)),
-            Self::Imm10 => Box::new(Gated::new(Imm::wide(tuning.origin()), range_sigma_m)),
+            Self::Kalman(correction) => gated(tuning.kalman(correction), range_sigma_m),
+            Self::Imm5 => gated(tuning.imm_five(), range_sigma_m),
+            Self::Imm10 => gated(Imm::wide(tuning.origin()), range_sigma_m),
             Self::Particle => {
                 let particles = RaoBlackwell::new(tuning.singer, tuning.prior, seed);
-                Box::new(Gated::new(particles, range_sigma_m))
+                gated(particles, range_sigma_m)
             }
-            Self::Rule(rule) => Box::new(Memoryless::new(rule, tuning.prior)),
+            Self::Rule(rule) => Box::new(Late::new(Memoryless::new(rule, tuning.prior))),
         }
     }
+}
+
+/// A filter behind the gate, which takes late readings as well.
+fn gated<F: Filter + Clone + 'static>(filter: F, range_sigma_m: f64) -> Box<dyn Filter> {
+    Box::new(Late::new(Gated::new(filter, range_sigma_m)))
 }
 
 #[cfg(test)]

@@ -32,6 +32,9 @@ pub struct TrackStep {
 
 /// Runs `filter` over `flight` and scores every sample but the first, which only starts it.
 ///
+/// A reading that comes late is no reading at its own sample; the filter gets it before the first sample
+/// that is not earlier than it comes, and every sample is scored with what had come by then.
+///
 /// A refused or unusable estimate is a divergence: the last usable estimate is scored in its
 /// place. Before any there is the first reading's place with its range sigma on every axis, zeros
 /// and a metre where it has none.
@@ -69,9 +72,22 @@ pub fn track(
     let mut loss = Loss::default();
     let mut steps = Vec::with_capacity(readings.len() - 1);
     let truth = flight.samples.iter().zip(flight.motion());
+    let mut late: Vec<&Reading> = readings
+        .iter()
+        .flatten()
+        .filter(|r| r.late_us > 0)
+        .collect();
+    late.sort_by_key(|reading| reading.time_us + reading.late_us);
+    let mut late = late.into_iter().peekable();
     for ((sample, motion), reading) in truth.zip(readings).skip(1) {
         let truth_m = sample.position_m.into();
-        let answer = filter.step(time_us(flight, sample.time_s), reading.as_ref());
+        let now_us = time_us(flight, sample.time_s);
+        while let Some(came) = late.next_if(|r| r.time_us + r.late_us <= now_us) {
+            // One that is refused is one reading less, as any other; the next step tells.
+            filter.late(came).ok();
+        }
+        let on_time = reading.as_ref().filter(|reading| reading.late_us == 0);
+        let answer = filter.step(now_us, on_time);
         let (estimate, mut scored) = score_or_hold(&answer, &held, &truth_m);
         scored.not_tracked = loss.step(&answer, !scored.diverged);
         held = estimate;

@@ -1,8 +1,8 @@
 //! The firmware's tracker as a method under test.
 
 use bnkf::blob::Blob;
-use bnkf::{Correction, Estimate, Measurement, Mode, Settings, StepError, Tracker, TrackerError};
-use bnkf_model_export::call::Call;
+use bnkf::{Correction, Estimate, LateTracker, Measurement, Mode, Settings};
+use bnkf::{StepError, Tracker, TrackerError};
 use bnkf_model_export::radar::reading::Reading;
 use bnkf_model_export::scoring::position::position;
 
@@ -10,7 +10,7 @@ use crate::filter::{Fate, Filter, FilterError, Nis, PositionEstimate, Start};
 
 /// A [`Tracker`] fed with readings rounded to what a sensor's frame carries, coasting in gaps.
 pub struct TrackerFilter<'a> {
-    tracker: Tracker<'a>,
+    tracker: LateTracker<'a>,
 }
 
 impl<'a> TrackerFilter<'a> {
@@ -20,7 +20,7 @@ impl<'a> TrackerFilter<'a> {
     /// The settings do not fit.
     pub fn new(blob: Blob<'a>, settings: Settings) -> Result<Self, TrackerError> {
         Ok(Self {
-            tracker: Tracker::new(blob, settings)?,
+            tracker: LateTracker::new(Tracker::new(blob, settings)?),
         })
     }
 
@@ -30,7 +30,7 @@ impl<'a> TrackerFilter<'a> {
         reading: Option<&Reading>,
     ) -> Result<PositionEstimate, FilterError> {
         let estimate = answer.map_err(FilterError::Tracker)?;
-        let corrected = self.tracker.settings().correction != Correction::None;
+        let corrected = self.tracker.tracker().settings().correction != Correction::None;
         let nis = Nis {
             value: f64::from(estimate.nis),
             // A recursive filter measures its velocity too, and may lack a channel.
@@ -67,9 +67,16 @@ impl Filter for TrackerFilter<'_> {
         time_us: u64,
         reading: Option<&Reading>,
     ) -> Result<PositionEstimate, FilterError> {
-        let call = Call::new(time_us, reading.map(Measurement::from));
-        let answer = call.answer(&mut self.tracker);
+        let answer = match reading {
+            Some(reading) => self.tracker.step(&Measurement::from(reading)),
+            None => self.tracker.coast(time_us),
+        };
         self.position_estimate(answer, reading)
+    }
+
+    fn late(&mut self, reading: &Reading) -> Result<PositionEstimate, FilterError> {
+        let answer = self.tracker.step(&Measurement::from(reading));
+        self.position_estimate(answer, Some(reading))
     }
 }
 
@@ -104,6 +111,7 @@ mod tests {
                 sigma_azimuth_rad: 0.005,
                 sigma_range_rate_mps: 0.05,
                 sensor: Pose::ORIGIN,
+                late_us: 0,
             };
             let mut filter = TrackerFilter::new(blob, Settings::of(&blob)).unwrap();
             let start = Start {

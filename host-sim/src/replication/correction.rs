@@ -104,6 +104,7 @@ mod tests {
         sigma_azimuth_rad: 0.2,
         sigma_range_rate_mps: 0.5,
         sensor: Pose::ORIGIN,
+        late_us: 0,
     };
 
     fn moments(covariance: Matrix6<f64>) -> StateMoments {

@@ -230,6 +230,7 @@ mod tests {
                 sigma_azimuth_rad: 0.1,
                 sigma_range_rate_mps: 1.0,
                 sensor: Pose::ORIGIN,
+                late_us: 0,
             });
         }
         (flight, readings)

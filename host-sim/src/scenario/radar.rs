@@ -35,6 +35,15 @@ pub enum Pattern {
     Even,
 }
 
+/// Readings that come late.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Lateness {
+    /// Share of the readings.
+    pub share: f64,
+    /// How late they come, seconds.
+    pub by_s: f64,
+}
+
 /// A radar.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Radar {
@@ -62,6 +71,8 @@ pub struct Radar {
     pub stated_factor: f64,
     /// Where the radars are.
     pub sensors: Sensors,
+    /// Which readings come late.
+    pub late: Lateness,
 }
 
 impl Radar {
@@ -79,6 +90,7 @@ impl Radar {
             range_m_max: 50.0,
             stated_factor: 1.0,
             sensors: Sensors::Origin,
+            late: Lateness::default(),
         }
     }
 
@@ -119,6 +131,7 @@ impl Radar {
     ) -> Vec<Option<Reading>> {
         let mut readings = self.sightings(flight, condition, seed);
         self.miss_and_mistake(flight, condition, seed, &mut readings);
+        self.delay(flight, seed, &mut readings);
         readings
     }
 
@@ -174,6 +187,19 @@ impl Radar {
         match self.missing.len() {
             0 => &[],
             turns => &self.missing[turn % turns],
+        }
+    }
+
+    /// Lets readings come late, but not the first; the same samples' at every condition.
+    fn delay(&self, flight: &Flight, seed: u64, readings: &mut [Option<Reading>]) {
+        let ids = [seed::name_id("delay"), seed::name_id(&flight.name)];
+        let mut random = RandomSource::new(seed, &ids);
+        let late_us = (self.late.by_s * 1e6).round() as u64;
+        for reading in readings.iter_mut().skip(1) {
+            let is_late = random.chance(self.late.share);
+            if let Some(reading) = reading.as_mut().filter(|_| is_late) {
+                reading.late_us = late_us;
+            }
         }
     }
 

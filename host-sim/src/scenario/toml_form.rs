@@ -2,6 +2,7 @@
 
 use std::ops::{Range, RangeInclusive};
 
+use bnkf::late::LATE_MAX_US;
 use bnkf::measurement::Channel;
 use bnkf_model_export::brief_number::brief;
 use bnkf_model_export::flights::data_hash;
@@ -17,7 +18,7 @@ use toml::Spanned;
 
 use super::{Scenario, ScenarioError, WHOLE};
 use crate::scenario::kind::Kind;
-use crate::scenario::radar::{Pattern, Radar};
+use crate::scenario::radar::{Lateness, Pattern, Radar};
 
 /// Most flights.
 const COUNT_MAX: f64 = 100_000.0;
@@ -78,6 +79,7 @@ struct RadarTable {
     #[serde(default)]
     site: Vec<Site>,
     circle: Option<Circle>,
+    late: Option<Late>,
     low: Sigmas,
     medium: Sigmas,
     high: Sigmas,
@@ -121,6 +123,7 @@ struct RadarVariation {
     #[serde(default)]
     site: Vec<Site>,
     circle: Option<Circle>,
+    late: Option<Late>,
 }
 
 /// Tells a [`Variation`] from a whole scenario.
@@ -166,6 +169,14 @@ struct Site {
 struct Circle {
     radius_m: Spanned<f64>,
     speed_mps: Spanned<f64>,
+}
+
+/// Readings that come late.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Late {
+    share: Spanned<f64>,
+    by_s: Spanned<f64>,
 }
 
 /// Where an error belongs.
@@ -376,6 +387,17 @@ impl Place<'_> {
         }
     }
 
+    fn late(&self, late: Option<&Late>) -> Result<Lateness, ScenarioError> {
+        let Some(late) = late else {
+            return Ok(Lateness::default());
+        };
+        let most_s = LATE_MAX_US as f64 * 1e-6;
+        Ok(Lateness {
+            share: self.within(&late.share, "share", 0.0..=1.0)?,
+            by_s: self.within(&late.by_s, "by_s", 0.0..=most_s)?,
+        })
+    }
+
     /// Where the radars are: one in the origin, sites by turns, or one that drives.
     fn sensors(&self, sites: &[Site], circle: Option<&Circle>) -> Result<Sensors, ScenarioError> {
         if let Some(circle) = circle {
@@ -490,6 +512,7 @@ pub fn parse(text: &str, file: &str) -> Result<Scenario, ScenarioError> {
             range_m_max: volume.range_m_max,
             stated_factor: 1.0,
             sensors: place.sensors(&radar.site, radar.circle.as_ref())?,
+            late: place.late(radar.late.as_ref())?,
         },
     };
     place.samples(flights, scenario.count.max(scenario.quick_count))?;
@@ -525,6 +548,7 @@ fn varied(place: &Place<'_>, form: &Variation) -> Result<Scenario, ScenarioError
             errors: place.errors(form.radar.errors.as_ref())?,
             missing: place.missing_by_turns(form.radar.missing.as_ref(), &form.radar.site)?,
             sensors: place.sensors(&form.radar.site, form.radar.circle.as_ref())?,
+            late: place.late(form.radar.late.as_ref())?,
             ..base.radar
         },
         ..base

@@ -277,6 +277,7 @@ mod tests {
             sigma_azimuth_rad: noise.azimuth_rad,
             sigma_range_rate_mps: noise.range_rate_mps,
             sensor: crate::radar::pose::Pose::ORIGIN,
+            late_us: 0,
         };
         let mut random = RandomSource::new(6, &[]);
         let mut off = |first| {

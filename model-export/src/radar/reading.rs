@@ -34,6 +34,8 @@ pub struct Reading {
     pub sigma_range_rate_mps: f64,
     /// Where the radar was and how it moved.
     pub sensor: Pose,
+    /// How long after its time it comes, microseconds.
+    pub late_us: u64,
 }
 
 impl Reading {
@@ -126,6 +128,7 @@ mod tests {
         sigma_azimuth_rad: 0.02,
         sigma_range_rate_mps: 0.1,
         sensor: Pose::ORIGIN,
+        late_us: 0,
     };
 
     #[test]

@@ -107,6 +107,7 @@ pub fn sample_radars(
                 sigma_azimuth_rad: stated.azimuth_rad,
                 sigma_range_rate_mps: stated.range_rate_mps,
                 sensor,
+                late_us: 0,
             };
             Some(
                 settings

@@ -26,6 +26,7 @@ fn reading(k: u64, z: &Vector4<f64>, sigma: &Vector4<f64>) -> Reading {
         sigma_range_m: sigma[2],
         sigma_range_rate_mps: sigma[3],
         sensor: Pose::ORIGIN,
+        late_us: 0,
     }
 }
 
