@@ -21,6 +21,7 @@ pub mod ekf;
 pub mod estimate;
 pub mod gaussian;
 pub mod kernel;
+pub mod likelihood;
 pub mod measurement;
 pub mod memoryless;
 pub mod network;
@@ -36,6 +37,7 @@ mod tracker;
 
 pub use clock::WrappingClock;
 pub use estimate::{Doubt, Estimate, Mode, Motion};
+pub use likelihood::Likelihood;
 pub use measurement::{Channel, Measurement, MeasurementError, Sensed};
 pub use settings::{Correction, Settings, TrackerError};
 pub use step_error::StepError;
