@@ -5,11 +5,15 @@
 //! in step again at the next `0x00`. The wire structures are apart from the types that compute, so
 //! a change of either shows here. `f32` travels as its four bytes: no bit is lost.
 
+mod forecast;
 mod frame;
+mod likelihood;
 mod reply;
 mod request;
 
+pub use forecast::{ForecastFrame, HORIZONS, PlaceFrame};
 pub use frame::{EncodeError, FRAME_BYTES_MAX, Frame, FrameError, FrameReader, encode};
+pub use likelihood::LikelihoodFrame;
 pub use reply::{BudgetFrame, EstimateFrame, ModeCode, Ready, RefusalCode, Reply};
 pub use request::{CorrectionCode, MeasurementFrame, Request, Reset, SensedFrame, SensorFrame};
 

@@ -5,6 +5,7 @@
 use crate::blob::{Blob, Kind};
 use crate::clock::{Clock, ClockError, Tick};
 use crate::estimate::Estimate;
+use crate::likelihood::Likelihood;
 use crate::measurement::Measurement;
 use crate::memoryless::{self, Memoryless};
 use crate::recursive::{self, Recursive};
@@ -168,6 +169,73 @@ impl<'a> Tracker<'a> {
         }?;
         self.clock.advance(time_us);
         Ok(estimate)
+    }
+
+    /// Where the target will be at `time_us`: [`Tracker::forecasts`] for one time.
+    ///
+    /// # Errors
+    /// As [`Tracker::forecasts`].
+    pub fn forecast(&mut self, time_us: u64) -> Result<Estimate, StepError> {
+        let [forecast] = self.forecasts(&[time_us])?;
+        Ok(forecast)
+    }
+
+    /// Where the target will be at each of `times_us`, which lie in order, none of them before the
+    /// latest step or coast. All have [`Mode::Coasting`](crate::Mode::Coasting).
+    ///
+    /// The track stays as it is: time, state, random stream. Later estimates are the same to the bit;
+    /// `&mut` is for the network's scratch alone. A recursive blob's network is asked once for all
+    /// times, and its answer goes on in parts that double, so that half a second, one and two cost
+    /// three predictions; what [`Tracker::coast`] gives is a little better and many times dearer. A
+    /// memoryless blob forecasts by its rule for gaps, which is what `coast` says.
+    ///
+    /// No time may lie further than [`AHEAD_MAX_US`](crate::clock::AHEAD_MAX_US) ahead.
+    ///
+    /// # Errors
+    /// [`StepError::NotStarted`]; [`StepError::TimeWentBack`], also for times out of order;
+    /// [`StepError::TimeTooFarAhead`], [`StepError::NetworkNotFinite`]; [`StepError::Lost`] where
+    /// nothing could be said of the last of the times any more, though the track goes on.
+    pub fn forecasts<const N: usize>(
+        &mut self,
+        times_us: &[u64; N],
+    ) -> Result<[Estimate; N], StepError> {
+        let mut before_us = self.clock.latest_us().ok_or(StepError::NotStarted)?;
+        for &time_us in times_us {
+            if time_us < before_us {
+                return Err(StepError::TimeWentBack {
+                    latest_us: before_us,
+                    given_us: time_us,
+                });
+            }
+            self.clock
+                .check(time_us)
+                .map_err(|error| self.refusal(error, time_us))?;
+            before_us = time_us;
+        }
+        match &mut self.inner {
+            Inner::Memoryless(tracker) => tracker.forecasts(times_us),
+            Inner::Recursive(tracker) => tracker.forecasts(times_us),
+        }
+    }
+
+    /// How well `measurement` fits the track, for whoever has several plots or several tracks and
+    /// must say which belong together. The track stays as it is, as in [`Tracker::forecasts`].
+    ///
+    /// # Errors
+    /// [`StepError::Measurement`], [`StepError::NotStarted`], [`StepError::TimeWentBack`],
+    /// [`StepError::TimeTooFarAhead`], [`StepError::NetworkNotFinite`], [`StepError::Lost`];
+    /// [`StepError::Correction`] where single precision has no finite number for it: it fits not at all.
+    pub fn likelihood(&mut self, measurement: &Measurement) -> Result<Likelihood, StepError> {
+        measurement.check().map_err(StepError::Measurement)?;
+        let measurement = measurement.canonical();
+        let time_us = measurement.time_us;
+        self.clock
+            .check(time_us)
+            .map_err(|error| self.refusal(error, time_us))?;
+        match &mut self.inner {
+            Inner::Memoryless(tracker) => tracker.likelihood(&measurement),
+            Inner::Recursive(tracker) => tracker.likelihood(&measurement),
+        }
     }
 
     fn refusal(&self, error: ClockError, given_us: u64) -> StepError {

@@ -11,12 +11,14 @@ use crate::cholesky::make_definite;
 use crate::clock::seconds_between;
 use crate::ekf::{EkfError, correct_polar, correct_position};
 use crate::estimate::{Doubt, Estimate, Mode, NIS_MAX, POSITION_SIGMA_MAX_M};
+use crate::likelihood::Likelihood;
 use crate::measurement::{Measurement, Vectors};
 use crate::network::monte_carlo::{Sampling, moments};
 use crate::network::{Network, Scratch};
-use crate::radar::converted;
+use crate::radar::{converted, innovations, predict};
 use crate::rng::{Generator, seeded};
 use crate::settings::{Correction, Settings};
+use crate::sensor::Sensor;
 use crate::step_error::StepError;
 
 /// A previous measurement older than this is forgotten: the next one starts anew.
@@ -157,6 +159,47 @@ impl<'a> Memoryless<'a> {
     /// The estimate at `time_us` without a measurement: the last two estimates extrapolated, with
     /// a covariance that grows (rule in the module `coast`).
     pub fn coast(&mut self, time_us: u64) -> Result<Estimate, StepError> {
+        let ahead = self.ahead(time_us);
+        if ahead == Err(StepError::Lost) {
+            self.latest = None;
+            self.previous = None;
+        }
+        ahead
+    }
+
+    /// What [`Memoryless::coast`] would say at each of `times_us`; nothing is forgotten.
+    pub fn forecasts<const N: usize>(
+        &self,
+        times_us: &[u64; N],
+    ) -> Result<[Estimate; N], StepError> {
+        let latest = self.latest.as_ref().ok_or(StepError::NotStarted)?;
+        let mut forecasts = [estimate(latest, 0.0, Mode::Coasting); N];
+        for (forecast, &time_us) in forecasts.iter_mut().zip(times_us) {
+            *forecast = self.ahead(time_us)?;
+        }
+        Ok(forecasts)
+    }
+
+    /// What the last two estimates, extrapolated, say of a measurement's position, whose values were
+    /// checked. Nothing is known of the velocity beside it, so the range-rate does not count.
+    pub fn likelihood(&self, measurement: &Measurement) -> Result<Likelihood, StepError> {
+        if measurement.sensor != Sensor::ORIGIN {
+            return Err(StepError::Sensor);
+        }
+        let ahead = self.ahead(measurement.time_us)?;
+        let mut vectors = Vectors::from(measurement);
+        vectors.present[3] = 0.0;
+        let spoilt = StepError::Correction(EkfError::NotFinite);
+        let variances = vectors.sigmas.map(|sigma| sigma * sigma);
+        let (position, covariance) = (&ahead.position_m, &ahead.covariance_m2);
+        let corrected = correct_polar(position, covariance, &vectors, &variances).0;
+        let corrected = corrected.checked().map_err(StepError::Correction)?;
+        let expected = predict(ahead.position_m, [0.0; 3]).measurement;
+        let innovation = innovations(&vectors.measured, &expected);
+        Likelihood::new(innovation, &vectors, &corrected, corrected.nis).ok_or(spoilt)
+    }
+
+    fn ahead(&self, time_us: u64) -> Result<Estimate, StepError> {
         let latest = self.latest.as_ref().ok_or(StepError::NotStarted)?;
         let mut fix = extrapolate(latest, self.before.as_ref(), self.population, time_us);
         let mut covariance = fix.covariance.into();
@@ -165,8 +208,6 @@ impl<'a> Memoryless<'a> {
             || (0..3).any(|axis| covariance[axis][axis] > variance_max)
             || !fix.position.iter().all(|x| x.is_finite())
         {
-            self.latest = None;
-            self.previous = None;
             return Err(StepError::Lost);
         }
         fix.covariance = covariance.into();

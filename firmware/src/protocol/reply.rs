@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::forecast::ForecastFrame;
+use super::likelihood::LikelihoodFrame;
 use crate::{Estimate, Mode, Motion, StepError, TrackerError};
 
 /// Image to host, one for each [`Request`](crate::protocol::Request).
@@ -19,6 +21,10 @@ pub enum Reply {
     Budget(BudgetFrame),
     /// The request had no effect.
     Refused(RefusalCode),
+    /// Answer to `Forecast`.
+    Forecast(ForecastFrame),
+    /// Answer to `Likelihood`.
+    Likelihood(LikelihoodFrame),
 }
 
 /// Who the image is.
@@ -236,10 +242,10 @@ impl core::fmt::Display for RefusalCode {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::protocol::{FRAME_BYTES_MAX, FrameReader, encode};
+    use crate::protocol::{FRAME_BYTES_MAX, FrameReader, PlaceFrame, encode};
 
     /// Every float distinct, so that two swapped fields cannot go unseen; every varint at its longest.
-    fn widest() -> [Reply; 5] {
+    fn widest() -> [Reply; 7] {
         let row = |k: f32| [k, -k, f32::MIN_POSITIVE];
         [
             Reply::Ready(Ready {
@@ -273,6 +279,23 @@ mod tests {
                 stack_bytes_limit: u32::MAX - 3,
             }),
             Reply::Refused(RefusalCode::Numerical),
+            Reply::Forecast(ForecastFrame {
+                places: [1.0, 2.0, 3.0].map(|k| PlaceFrame {
+                    time_us: u64::MAX,
+                    position_m: row(k),
+                    covariance_m2: [row(k + 0.25), row(k + 0.5), row(k + 0.75)],
+                    outside: true,
+                }),
+                ticks: u32::MAX,
+            }),
+            Reply::Likelihood(LikelihoodFrame {
+                innovation: [Some(0.5), Some(-0.5), None, Some(1.5)],
+                nis: 2.5,
+                degrees: u8::MAX,
+                ln_likelihood: -3.5,
+                passes_gate: true,
+                ticks: u32::MAX,
+            }),
         ]
     }
 

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::protocol::HORIZONS;
 use crate::{Correction, Measurement, Sensed, Sensor, Settings};
 
 /// Host to image. The image answers each request with one [`Reply`](crate::protocol::Reply).
@@ -20,6 +21,14 @@ pub enum Request {
     },
     /// How much memory is in use? Answered by `Budget`.
     Budget,
+    /// Where will the target be? Answered by `Forecast` or `Refused`; the track stays as it is.
+    Forecast {
+        /// Microseconds, same epoch as the measurements, in order.
+        times_us: [u64; HORIZONS],
+    },
+    /// How well does this measurement fit the track, which stays as it is? Answered by `Likelihood`
+    /// or `Refused`.
+    Likelihood(MeasurementFrame),
 }
 
 /// Settings of a new track.

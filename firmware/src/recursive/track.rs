@@ -17,6 +17,7 @@ use crate::clock::seconds_between;
 use crate::ekf::Corrected;
 use crate::estimate::{Doubt, Estimate, Mode, Motion, NIS_MAX, POSITION_SIGMA_MAX_M};
 use crate::measurement::{Channel, Measurement, RANGE_MAX_M, Vectors};
+use crate::radar;
 use crate::step_error::StepError;
 
 /// Largest speed, m/s, and acceleration, m/s^2, of a state that means anything: ten times what a
@@ -153,7 +154,8 @@ impl Track {
 
     /// What a measurement makes of the prediction over `interval` under all hypotheses, and its
     /// whitened innovations; `None` where single precision overflows, or rounding spoils it.
-    // The corrections under every hypothesis would weigh on the stack of the prediction before.
+    // The corrections under every hypothesis would weigh on the stack of the prediction before, and
+    // need not lie in flash twice.
     #[inline(never)]
     pub fn weighed(
         &self,
@@ -187,6 +189,13 @@ impl Track {
     ) -> Option<(Corrected<f32, 9>, [f32; 4])> {
         let (corrected, whitened) = correct(&self.state, &self.covariance, vectors, scale);
         Some((corrected.checked().ok()?, whitened))
+    }
+
+    /// What was measured less what the state expects: elevation, azimuth, range, range-rate.
+    pub fn innovation(&self, vectors: &Vectors<f32>) -> [f32; 4] {
+        let [x, y, z, ..] = self.state;
+        let expected = radar::predict([x, y, z], self.velocity()).measurement;
+        radar::innovations(&vectors.measured, &expected)
     }
 
     /// Takes a correction.

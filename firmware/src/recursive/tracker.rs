@@ -12,10 +12,13 @@ use super::mixture::Mixture;
 use super::parameters::Parameters;
 use super::population::Population;
 use super::schedule::{JERK_OUTPUT, JERK_SCALE, NOTE_OUTPUT, OUTPUTS, SCHEDULE, Schedule};
+use super::sight::LineOfSight;
 use super::track::Track;
 use crate::blob::Blob;
 use crate::clock::seconds_between;
+use crate::ekf::EkfError;
 use crate::estimate::{Doubt, Estimate, Mode, NIS_MAX};
+use crate::likelihood::Likelihood;
 use crate::measurement::{Measurement, Vectors};
 use crate::network::monte_carlo::separate_moments;
 use crate::network::{Network, Scratch};
@@ -28,6 +31,10 @@ const INTERVAL_MAX_S: f32 = 0.25;
 /// After a longer silence the network is not asked any more, and the next measurement starts the
 /// filter anew, s. With [`INTERVAL_MAX_S`] it bounds the network's work in one call.
 const SILENCE_MAX_S: f32 = 10.0;
+/// Part of a forecast that the network is asked about, s: the longest that it knows.
+const FORECAST_ASKED_S: f32 = INTERVAL_MAX_S;
+/// First part of a forecast, s; every part after it reaches twice as far ahead.
+const FORECAST_FIRST_S: f32 = 0.5;
 /// Probability of being wrong from which a measurement that is used counts as one that is not.
 const SUSPECT: f32 = 0.5;
 
@@ -66,6 +73,36 @@ struct Step {
     interval: Interval<f32>,
     /// For the memory, once the velocity after the correction is known.
     notes: [f32; NOTES],
+}
+
+/// What a track moves by.
+struct Answer {
+    schedule: Schedule<f32>,
+    /// What the network says of the state; none where it was not asked.
+    factor: Option<Factor<f32>>,
+    /// What it notes for itself.
+    notes: [f32; NOTES],
+}
+
+impl Answer {
+    /// A model that no network was asked for.
+    fn unasked(schedule: Schedule<f32>) -> Self {
+        Self {
+            schedule,
+            factor: None,
+            notes: [0.0; NOTES],
+        }
+    }
+
+    /// What the step after a prediction of `dt_s` along `sight` must know.
+    fn interval(&self, sight: LineOfSight<f32>, dt_s: f32) -> Interval<f32> {
+        Interval {
+            sight,
+            noise: self.schedule.noise,
+            sensor_scale: self.schedule.sensor_scale,
+            dt_s,
+        }
+    }
 }
 
 impl Step {
@@ -218,6 +255,83 @@ impl<'a> Recursive<'a> {
         self.estimate(0.0, Mode::Coasting, Doubt::NONE)
     }
 
+    /// Estimates at times that lie in order and not before the track's. The track stays as it is.
+    ///
+    /// A copy of it moves by one answer of the network, along a grid whose parts double: half a
+    /// second, one, two, four; times between are reached from the grid. So a forecast does not depend
+    /// on what else is asked for, and costs little more than its furthest time.
+    #[inline(never)]
+    pub fn forecasts<const N: usize>(
+        &mut self,
+        times_us: &[u64; N],
+    ) -> Result<[Estimate; N], StepError> {
+        let mut ahead = self.track.ok_or(StepError::NotStarted)?;
+        let start_us = ahead.time_us;
+        let rng = self.rng.clone();
+        let answer = self.ask(&ahead, &ahead.sight(), FORECAST_ASKED_S);
+        self.rng = rng;
+        let mut answer = answer?;
+        let hypotheses = &self.parameters.hypotheses;
+        let odds = hypotheses.odds(&ahead.memory.counts);
+        // As in a gap, but at once: noise adds up, and nothing is counted on the way.
+        let nominal = answer.schedule.noise;
+        answer.schedule.noise = nominal.plus(&hypotheses.expected(&odds, &nominal));
+        let mut forecasts = [self.estimate_of(&ahead, 0.0, Mode::Coasting, Doubt::NONE); N];
+        let (mut from_s, mut to_s) = (0.0, FORECAST_FIRST_S);
+        for (forecast, &time_us) in forecasts.iter_mut().zip(times_us) {
+            let time_s = seconds_between(start_us, time_us);
+            while time_s >= to_s {
+                self.advance(&mut ahead, &answer, to_s - from_s);
+                (from_s, to_s) = (to_s, 2.0 * to_s);
+            }
+            let mut there = ahead;
+            there.time_us = time_us;
+            self.advance(&mut there, &answer, time_s - from_s);
+            if !there.settle() {
+                return Err(StepError::Lost);
+            }
+            *forecast = self.estimate_of(&there, 0.0, Mode::Coasting, Doubt::NONE);
+        }
+        Ok(forecasts)
+    }
+
+    /// Moves a track ahead by an answer, with nothing remembered and not settled yet.
+    #[inline(never)]
+    fn advance(&self, track: &mut Track, answer: &Answer, dt_s: f32) {
+        if dt_s <= 0.0 {
+            return;
+        }
+        track.predict(&track.sight(), &answer.schedule, dt_s);
+        if let Some(factor) = answer.factor {
+            track.fuse(&factor, &self.parameters.population, dt_s);
+        }
+    }
+
+    /// What the track, which stays as it is, says of a measurement whose values were checked and that
+    /// does not lie before it.
+    #[inline(never)]
+    pub fn likelihood(&mut self, measurement: &Measurement) -> Result<Likelihood, StepError> {
+        let mut track = self.track.ok_or(StepError::NotStarted)?;
+        track.seen_from(measurement.sensor.position_m);
+        let rng = self.rng.clone();
+        let step = self.predict(&mut track, measurement.time_us);
+        self.rng = rng;
+        let interval = step?.interval;
+        track.relative_to(measurement.sensor.velocity_mps);
+        let vectors = Vectors::from(measurement);
+        let hypotheses = &self.parameters.hypotheses;
+        let odds = hypotheses.odds(&track.memory.counts);
+        let spoilt = StepError::Correction(EkfError::NotFinite);
+        let (nominal, _) = track
+            .corrected(&vectors, interval.sensor_scale)
+            .ok_or(spoilt)?;
+        let (mixture, _) = track
+            .weighed(&vectors, &interval, hypotheses, &odds)
+            .ok_or(spoilt)?;
+        let innovation = track.innovation(&vectors);
+        Likelihood::new(innovation, &vectors, &nominal, mixture.corrected.nis).ok_or(spoilt)
+    }
+
     fn start(&mut self, measurement: &Measurement, mode: Mode) -> Result<Estimate, StepError> {
         let track = Track::start(measurement, &self.parameters.population)?;
         self.forget();
@@ -270,13 +384,19 @@ impl<'a> Recursive<'a> {
     /// The present track as an estimate; there is one.
     fn estimate(&self, nis: f32, mode: Mode, doubt: Doubt) -> Result<Estimate, StepError> {
         let track = self.track.as_ref().ok_or(StepError::NotStarted)?;
+        Ok(self.estimate_of(track, nis, mode, doubt))
+    }
+
+    /// A track as an estimate.
+    fn estimate_of(&self, track: &Track, nis: f32, mode: Mode, doubt: Doubt) -> Estimate {
         let held = self.envelope.holds_motion(&track.state)
             && self.envelope.holds_place(&track.state, &track.covariance);
-        Ok(track.estimate(nis, mode, !held, doubt))
+        track.estimate(nis, mode, !held, doubt)
     }
 
     /// Moves the track to `time_us`, before any correction and not settled yet; returns what is still
     /// to be remembered of the last part of the way.
+    #[inline(never)]
     fn predict(&mut self, track: &mut Track, time_us: u64) -> Result<Step, StepError> {
         let dt_s = seconds_between(track.time_us, time_us);
         track.time_us = time_us;
@@ -307,52 +427,63 @@ impl<'a> Recursive<'a> {
                 step.remember(track, false);
             }
             let sight = track.sight();
-            let mut factor = None;
-            step.notes = [0.0; NOTES];
-            let schedule = if !self.envelope.holds_motion(&track.state) {
-                wide
-            } else if track.memory.coast_s > SILENCE_MAX_S
-                || !self.envelope.holds_place(&track.state, &track.covariance)
-            {
-                Schedule::read(&[0.0; OUTPUTS], &p.base)
-            } else {
-                let mut inputs = features(
-                    &track.state,
-                    &track.covariance,
-                    &track.memory,
-                    &sight,
-                    interval_s,
-                );
-                let (outputs, jerk_variance) = self.infer(&mut inputs);
-                if !outputs
-                    .iter()
-                    .chain(&jerk_variance)
-                    .all(|value| value.is_finite())
-                {
-                    return Err(StepError::NetworkNotFinite);
-                }
-                step.notes.copy_from_slice(&outputs[NOTE_OUTPUT..]);
-                factor = Some(Factor::read(&outputs[SCHEDULE..NOTE_OUTPUT]));
-                let mut schedule = Schedule::read(&outputs, &p.base);
-                for (noise, variance) in schedule.noise.jerk.iter_mut().zip(jerk_variance) {
-                    // A constant jerk of unknown size over the interval weighs like white jerk of
-                    // this density.
-                    *noise += variance * interval_s;
-                }
-                schedule
-            };
-            step.interval = Interval {
-                sight,
-                noise: schedule.noise,
-                sensor_scale: schedule.sensor_scale,
-                dt_s: interval_s,
-            };
-            track.predict(&sight, &schedule, interval_s);
-            if let Some(factor) = factor {
+            let answer = self.ask(track, &sight, interval_s)?;
+            step.notes = answer.notes;
+            step.interval = answer.interval(sight, interval_s);
+            track.predict(&sight, &answer.schedule, interval_s);
+            if let Some(factor) = answer.factor {
                 track.fuse(&factor, &p.population, interval_s);
             }
         }
         Ok(step)
+    }
+
+    /// How a track that is seen along `sight` moves during `interval_s`: what the network answers, or
+    /// a model that needs none where it was not trained.
+    // Two ways lead here: the network need not lie in flash twice.
+    #[inline(never)]
+    fn ask(
+        &mut self,
+        track: &Track,
+        sight: &LineOfSight<f32>,
+        interval_s: f32,
+    ) -> Result<Answer, StepError> {
+        let base = self.parameters.base;
+        if !self.envelope.holds_motion(&track.state) {
+            return Ok(Answer::unasked(Schedule::wide(&base)));
+        }
+        if track.memory.coast_s > SILENCE_MAX_S
+            || !self.envelope.holds_place(&track.state, &track.covariance)
+        {
+            return Ok(Answer::unasked(Schedule::read(&[0.0; OUTPUTS], &base)));
+        }
+        let mut inputs = features(
+            &track.state,
+            &track.covariance,
+            &track.memory,
+            sight,
+            interval_s,
+        );
+        let (outputs, jerk_variance) = self.infer(&mut inputs);
+        if !outputs
+            .iter()
+            .chain(&jerk_variance)
+            .all(|value| value.is_finite())
+        {
+            return Err(StepError::NetworkNotFinite);
+        }
+        let mut answer = Answer {
+            schedule: Schedule::read(&outputs, &base),
+            factor: Some(Factor::read(&outputs[SCHEDULE..NOTE_OUTPUT])),
+            notes: [0.0; NOTES],
+        };
+        answer.notes.copy_from_slice(&outputs[NOTE_OUTPUT..]);
+        for (noise, variance) in answer.schedule.noise.jerk.iter_mut().zip(jerk_variance) {
+            // A constant jerk of unknown size over the interval weighs like white jerk of this
+            // density.
+            *noise += variance * interval_s;
+        }
+        Ok(answer)
     }
 
     /// The network's outputs, and the variance of the mean jerk over passes, (m/s^3)^2.

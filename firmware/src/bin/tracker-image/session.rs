@@ -3,7 +3,9 @@
 use core::sync::atomic::{Ordering, compiler_fence};
 
 use bnkf::blob::{Blob, BlobError};
-use bnkf::protocol::{self, EstimateFrame, Ready, RefusalCode, Reply, Request, Reset};
+use bnkf::protocol::{
+    self, EstimateFrame, ForecastFrame, LikelihoodFrame, Ready, RefusalCode, Reply, Request, Reset,
+};
 use bnkf::{Estimate, Measurement, StepError, Tracker};
 
 use crate::board::Board;
@@ -66,10 +68,25 @@ impl Session {
             Request::Reset(reset) => self.reset(*reset),
             Request::Step(frame) => {
                 let measurement = Measurement::from(frame);
-                self.timed(board, |tracker| tracker.step(&measurement))
+                self.timed(board, |tracker| tracker.step(&measurement), estimated)
             }
-            Request::Coast { time_us } => self.timed(board, |tracker| tracker.coast(*time_us)),
+            Request::Coast { time_us } => {
+                self.timed(board, |tracker| tracker.coast(*time_us), estimated)
+            }
             Request::Budget => Reply::Budget(board.budget()),
+            Request::Forecast { times_us } => self.timed(
+                board,
+                |tracker| tracker.forecasts(times_us),
+                |forecasts, ticks| Reply::Forecast(ForecastFrame::new(forecasts, ticks)),
+            ),
+            Request::Likelihood(frame) => {
+                let measurement = Measurement::from(frame);
+                self.timed(
+                    board,
+                    |tracker| tracker.likelihood(&measurement),
+                    |likelihood, ticks| Reply::Likelihood(LikelihoodFrame::new(likelihood, ticks)),
+                )
+            }
         }
     }
 
@@ -89,29 +106,34 @@ impl Session {
         }
     }
 
-    /// Runs one step of the tracker between two readings of the counter.
+    /// Runs one call of the tracker between two readings of the counter.
     #[inline(never)]
-    fn timed(
+    fn timed<T>(
         &mut self,
         board: &Board,
-        step: impl FnOnce(&mut Tracker<'static>) -> Result<Estimate, StepError>,
+        call: impl FnOnce(&mut Tracker<'static>) -> Result<T, StepError>,
+        reply: impl FnOnce(&T, u32) -> Reply,
     ) -> Reply {
         let Some(tracker) = self.tracker.as_mut() else {
             return Reply::Refused(RefusalCode::NotReset);
         };
         let before = board.ticks();
-        // The fences keep the compiler from moving the step's work out of the measured stretch.
+        // The fences keep the compiler from moving the call's work out of the measured stretch.
         compiler_fence(Ordering::SeqCst);
-        let estimate = step(tracker);
+        let answer = call(tracker);
         compiler_fence(Ordering::SeqCst);
         let ticks = board.ticks().wrapping_sub(before);
-        match estimate {
-            Ok(estimate) => Reply::Estimate(EstimateFrame::new(&estimate, ticks)),
+        match answer {
+            Ok(answer) => reply(&answer, ticks),
             Err(error) => {
                 let code = RefusalCode::from(error);
-                defmt::warn!("step refused, code {=u8}", code as u8);
+                defmt::warn!("call refused, code {=u8}", code as u8);
                 Reply::Refused(code)
             }
         }
     }
+}
+
+fn estimated(estimate: &Estimate, ticks: u32) -> Reply {
+    Reply::Estimate(EstimateFrame::new(estimate, ticks))
 }

@@ -1,0 +1,57 @@
+//! How well a measurement fits a track.
+
+use core::f32::consts::TAU;
+
+use crate::ekf::Corrected;
+use crate::measurement::Vectors;
+use crate::recursive::correction::GATE_NIS;
+
+/// What a track says of a measurement, for associating plots with tracks.
+///
+/// Innovation, NIS and likelihood are those of one Gaussian: the measurement as it is expected if the
+/// target moves as the model says and the sensor is as good as it says. That a reading may be wrong
+/// is left out on purpose: such a reading fits every track equally, and whoever associates has a
+/// model of false plots of his own. The gate alone asks as `step` does, under all hypotheses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Likelihood {
+    /// What was measured less what was expected: elevation, azimuth (rad), range (m), range-rate
+    /// (m/s). `None` where nothing was measured, or the blob cannot expect it: a memoryless one
+    /// knows no range-rate.
+    pub innovation: [Option<f32>; 4],
+    /// Normalised innovation squared, `y' S^-1 y`.
+    pub nis: f32,
+    /// Numbers in the innovation: the degrees of freedom of the NIS, which is chi-square distributed
+    /// for the track's own measurements.
+    pub degrees: u8,
+    /// Natural logarithm of the density, per rad^2 m m/s or what is there of them:
+    /// `-(NIS + ln det(2 pi S)) / 2` (Bar-Shalom, Li and Kirubarajan 2001, equation 5.4.2-5).
+    pub ln_likelihood: f32,
+    /// Whether the gate would pass the measurement. A memoryless blob has none and uses everything:
+    /// here the gate of a recursive one stands for it.
+    pub passes_gate: bool,
+}
+
+impl Likelihood {
+    /// The likelihood of `vectors`, which the state before `corrected` expected `innovation` away;
+    /// `None` if it is no finite number. The gate asks `gate_nis`.
+    pub(crate) fn new<const N: usize>(
+        innovation: [f32; 4],
+        vectors: &Vectors<f32>,
+        corrected: &Corrected<f32, N>,
+        gate_nis: f32,
+    ) -> Option<Self> {
+        let there = |i: usize| (vectors.present[i] > 0.0).then_some(innovation[i]);
+        let innovation: [Option<f32>; 4] = core::array::from_fn(there);
+        let degrees = innovation.iter().flatten().count() as u8;
+        let constant = 0.5 * f32::from(degrees) * libm::logf(TAU);
+        let ln_likelihood = -0.5 * corrected.nis - corrected.ln_root - constant;
+        let finite = innovation.iter().flatten().all(|y| y.is_finite());
+        (finite && ln_likelihood.is_finite()).then_some(Self {
+            innovation,
+            nis: corrected.nis,
+            degrees,
+            ln_likelihood,
+            passes_gate: gate_nis < GATE_NIS as f32,
+        })
+    }
+}
