@@ -408,4 +408,103 @@ mod tests {
             }
         }
     }
+
+    /// Half the logarithm of the determinant of the joint innovation covariance, and whitened
+    /// innovations whose squares sum to the NIS.
+    #[test]
+    fn the_root_of_the_determinant_is_the_joint_one() {
+        let (state, covariance) = prior();
+        let variances = SIGMAS.map(|sigma| f64::from(sigma).powi(2));
+        let state: [f64; 6] = state.map(f64::from).into();
+        let p = covariance.map(f64::from);
+        let vectors = Vectors::whole(MEASURED.map(f64::from), SIGMAS.map(f64::from));
+        let (got, whitened) = correct_polar(&state, &p.into(), &vectors, &variances);
+        let at = predict(
+            [state[0], state[1], state[2]],
+            [state[3], state[4], state[5]],
+        );
+        let h = SMatrix::<f64, 4, 6>::from_fn(|row, column| match (row, column) {
+            (_, 0..3) => at.by_position[row][column],
+            (3, _) => at.by_velocity[column - 3],
+            _ => 0.0,
+        });
+        let s = h * p * h.transpose() + Matrix4::from_diagonal(&variances.into());
+        assert!((got.ln_root - 0.5 * s.determinant().ln()).abs() < 1e-9);
+        let sum: f64 = whitened.iter().map(|y| y * y).sum();
+        assert!((got.nis - sum).abs() < 1e-9 * sum);
+    }
+
+    /// A noise below a hundred-thousandth of what the state doubts counts as that.
+    #[test]
+    fn the_least_noise_is_a_part_of_the_doubt() {
+        let mut corrected = Corrected {
+            state: [1.0_f64, 2.0],
+            covariance: [[4.0, 1.0], [1.0, 9.0]],
+            nis: 0.0,
+            ln_root: 0.0,
+        };
+        let whitened = correct_scalar(&mut corrected, &[1.0, 0.0], 3.0, 0.0, 1.0);
+        let variance = 4.0 * (1.0 + 1e-5);
+        assert!((whitened - 3.0 / variance.sqrt()).abs() < 1e-12);
+        assert!((corrected.ln_root - 0.5 * variance.ln()).abs() < 1e-12);
+        assert!((corrected.state[0] - (1.0 + 4.0 / variance * 3.0)).abs() < 1e-12);
+        assert!((corrected.state[1] - (2.0 + 1.0 / variance * 3.0)).abs() < 1e-12);
+        let left = [
+            [4.0 - 16.0 / variance, 1.0 - 4.0 / variance],
+            [1.0 - 4.0 / variance, 9.0 - 1.0 / variance],
+        ];
+        for i in 0..2 {
+            for j in 0..2 {
+                assert!((corrected.covariance[i][j] - left[i][j]).abs() < 1e-12);
+            }
+        }
+    }
+
+    /// A converted measurement without errors is a millimetre wide.
+    #[test]
+    fn an_exact_position_is_a_millimetre_wide() {
+        let measured = Converted {
+            position: Vector3::new(1.0, 2.0, 3.0),
+            axes: [Vector3::x(), Vector3::y(), Vector3::z()],
+            sigmas_m: [0.0, 1e-3, 2e-3],
+        };
+        let prior = (Matrix3::identity() * 1e-6).into();
+        let got = correct_position([1.0, 2.0, 3.001], prior, &measured).expect("corrected");
+        for (axis, expected) in [5e-7, 5e-7, 8e-7].into_iter().enumerate() {
+            let variance = got.covariance[axis][axis];
+            assert!(
+                (variance / expected - 1.0).abs() < 1e-4,
+                "{axis}: {variance}"
+            );
+        }
+        assert!((got.state[2] - 3.0008).abs() < 1e-5);
+        assert!((got.nis - 0.2).abs() < 1e-3);
+    }
+
+    /// Each reason to refuse by itself, and what is just sound.
+    #[test]
+    fn what_rounding_spoiled_is_named() {
+        let sound = Corrected {
+            state: [1.0_f32, 2.0],
+            covariance: [[1e-30, 0.0], [0.0, 1.0]],
+            nis: 3.0,
+            ln_root: 0.5,
+        };
+        let refusal = |change: fn(&mut Corrected<f32, 2>)| {
+            let mut changed = sound;
+            change(&mut changed);
+            changed.checked().err()
+        };
+        let (infinite, indefinite) = (
+            Some(EkfError::NotFinite),
+            Some(EkfError::NotPositiveDefinite),
+        );
+        assert_eq!(refusal(|_| ()), None);
+        assert_eq!(refusal(|c| c.state[1] = f32::INFINITY), infinite);
+        assert_eq!(refusal(|c| c.covariance[0][1] = f32::NAN), infinite);
+        assert_eq!(refusal(|c| c.covariance[1][1] = 0.0), indefinite);
+        assert_eq!(refusal(|c| c.covariance[0][0] = -1.0), indefinite);
+        assert_eq!(refusal(|c| c.nis = f32::NAN), indefinite);
+        assert_eq!(refusal(|c| c.nis = f32::INFINITY), infinite);
+    }
 }

@@ -213,3 +213,6 @@ fn estimate(fix: &Fix, nis: f32, mode: Mode) -> Estimate {
         motion: None,
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -358,3 +358,6 @@ impl<'a> Recursive<'a> {
         (outputs, jerk_variance)
     }
 }
+
+#[cfg(test)]
+mod tests;
