@@ -227,7 +227,8 @@ fn a_coast_is_predictions_and_a_doubt() {
 fn outside_the_envelope_the_network_is_not_asked() {
     let bytes = constant(outputs()).bytes();
     let base = parameters().base;
-    let cases: [(fn(&mut Track), Way); 4] = [
+    type Case = (fn(&mut Track), Way);
+    let cases: [Case; 4] = [
         // Ten seconds are not more than ten.
         (|t| t.memory.coast_s = 10.0, asked(&outputs())),
         (|t| t.state[3] = 17.0, unasked(Schedule::wide(&base))),
