@@ -5,6 +5,8 @@
 #
 #     bash tests/mutants.sh -f firmware/src/gaussian.rs
 #
+# tests/mutants_at_once.sh does the first stage in minutes; what it leaves can be tried here (--re).
+#
 # First the crate's own unit tests run against every change, seconds each; then the whole-system
 # tests against those that were left, minutes each (BNKF_MUTANTS=unit stops before them). Results:
 # target/mutants/mutants.out.

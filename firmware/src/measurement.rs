@@ -342,6 +342,8 @@ mod tests {
         near(named(PI - 0.4, 0.5 - PI), (0.4, 0.5));
         near(named(0.4 - PI, 0.5 + PI), (-0.4, 0.5));
         near(named(-1.5, -3.0), (-1.5, -3.0));
+        // The vertical itself is not passed.
+        assert_eq!(named(FRAC_PI_2, 0.5), (FRAC_PI_2, 0.5));
         // An elevation alone stays: there is no azimuth to turn.
         let alone = Measurement {
             elevation: sensed(2.0, 0.01),

@@ -280,4 +280,87 @@ mod tests {
         let far = innovations(&[0.2, PI - 0.1, 20.0, 0.0], &[0.2, 0.0, 20.0, 0.0]);
         assert!(far[0].abs() < 1e-12 && (far[1] - (PI - 0.1)).abs() < 1e-12);
     }
+
+    /// The same choice written with branches, for every pair of a grid that meets no tie.
+    #[test]
+    fn the_nearer_name_counts_and_only_near_the_vertical() {
+        let wrap = |angle: f64| angle - 2.0 * PI * (angle / (2.0 * PI)).round();
+        let mut others = 0;
+        for i in 0..40 {
+            for j in 0..40 {
+                for k in 0..16 {
+                    let expected = [-1.57 + 0.0803 * f64::from(i), 0.4, 20.0, 1.0];
+                    let elevation = -1.61 + 0.0811 * f64::from(j);
+                    let measured = [elevation, 0.37 + 0.397 * f64::from(k), 18.5, -2.0];
+                    let direct = [
+                        wrap(measured[0] - expected[0]),
+                        wrap(measured[1] - expected[1]),
+                    ];
+                    let over = [wrap(PI - measured[0] - expected[0]), wrap(direct[1] + PI)];
+                    let length = |pair: [f64; 2]| pair[0].hypot(pair[1]);
+                    let crossed = length(over) < length(direct) && over[0].abs() < 1.0;
+                    others += u32::from(crossed);
+                    let [e, a] = if crossed { over } else { direct };
+                    let got = innovations(&measured, &expected);
+                    for (got, expected) in got.into_iter().zip([e, a, -1.5, -3.0]) {
+                        assert!((got - expected).abs() < 1e-9, "{measured:?} {got}");
+                    }
+                }
+            }
+        }
+        assert!(others > 500, "{others}");
+    }
+
+    /// Near the vertical the derivatives are those of a centimetre's distance; the elevation is exact.
+    #[test]
+    fn derivatives_near_the_vertical_are_bounded() {
+        let (x, y, z) = (3e-3, -4e-3, 20.0);
+        let got = predict([x, y, z], [3.0, 2.0, 1.0]);
+        let (rho, range2) = (0.01, 1e-4 + 400.0_f64);
+        let range = range2.sqrt();
+        let rate = (3.0 * x + 2.0 * y + z) / range;
+        let expected = [z.atan2(5e-3), y.atan2(x), range, rate];
+        let unit = [x / range, y / range, z / range];
+        let by_position = [
+            [
+                -x * z / (range2 * rho),
+                -y * z / (range2 * rho),
+                rho / range2,
+            ],
+            [-y / 1e-4, x / 1e-4, 0.0],
+            unit,
+            core::array::from_fn(|i| ([3.0, 2.0, 1.0][i] - rate * unit[i]) / range),
+        ];
+        for i in 0..4 {
+            assert!((got.measurement[i] - expected[i]).abs() < 1e-12, "{i}");
+            for k in 0..3 {
+                let apart = got.by_position[i][k] - by_position[i][k];
+                assert!(apart.abs() < 1e-9, "{i} {k}");
+            }
+        }
+        // With a floor next to zero the range is exact.
+        let exact = predict_beyond(1e-12, [x, y, z], [0.0; 3]).measurement[2];
+        assert!((exact - (25e-6_f64 + 400.0).sqrt()).abs() < 1e-12);
+    }
+
+    /// The covariance by the Jacobian of the conversion, at a range that noise made negative as well.
+    #[test]
+    fn converted_errors_are_those_of_the_jacobian() {
+        for range_m in [40.0_f32, -0.3] {
+            let sensed = |value, sigma| Sensed { value, sigma };
+            let got = converted(sensed(range_m, 0.5), sensed(0.5, 0.01), sensed(2.0, 0.02));
+            let at = |r: f64, e: f64, a: f64| Vector3::from(position(r, e, a));
+            let (r, h) = (f64::from(range_m), 1e-5);
+            let by = [
+                (at(r + h, 0.5, 2.0) - at(r - h, 0.5, 2.0)) * (0.5 / (2.0 * h)),
+                (at(r, 0.5 + h, 2.0) - at(r, 0.5 - h, 2.0)) * (0.01 / (2.0 * h)),
+                (at(r, 0.5, 2.0 + h) - at(r, 0.5, 2.0 - h)) * (0.02 / (2.0 * h)),
+            ];
+            let expected: Matrix3<f64> = by.iter().map(|v| v * v.transpose()).sum();
+            let apart = got.covariance().map(f64::from) - expected;
+            assert!(apart.amax() < 1e-6 * expected.amax(), "{range_m}: {apart}");
+            assert!((got.position.map(f64::from) - at(r, 0.5, 2.0)).amax() < 1e-5);
+            assert!(got.sigmas_m.iter().all(|sigma| *sigma > 0.0));
+        }
+    }
 }

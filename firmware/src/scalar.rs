@@ -243,4 +243,62 @@ mod tests {
             near(Scalar::abs(s), Scalar::abs(x), y);
         }
     }
+
+    /// A number of which only what a scalar must have is written, as a tape's variable is.
+    #[derive(Clone, Copy)]
+    struct Plain(f64);
+
+    macro_rules! plain {
+        ($($operator:ident $method:ident;)*) => {$(
+            impl core::ops::$operator for Plain {
+                type Output = Self;
+                fn $method(self, other: Self) -> Self {
+                    Self(core::ops::$operator::$method(self.0, other.0))
+                }
+            }
+        )*};
+        ($($function:ident)*) => {
+            impl Scalar for Plain {
+                fn constant(value: f64) -> Self {
+                    Self(value)
+                }
+                $(fn $function(self) -> Self {
+                    Self(Scalar::$function(self.0))
+                })*
+                fn atan2(self, x: Self) -> Self {
+                    Self(Scalar::atan2(self.0, x.0))
+                }
+                fn max(self, other: Self) -> Self {
+                    Self(Scalar::max(self.0, other.0))
+                }
+                fn min(self, other: Self) -> Self {
+                    Self(Scalar::min(self.0, other.0))
+                }
+            }
+        };
+    }
+    plain! { Add add; Sub sub; Mul mul; Div div; }
+    plain! { sqrt exp exp_m1 ln sin cos tanh wrap }
+
+    impl core::ops::Neg for Plain {
+        type Output = Self;
+        fn neg(self) -> Self {
+            Self(-self.0)
+        }
+    }
+
+    /// The step of a tape rises from zero to one within a millionth.
+    #[test]
+    fn the_step_of_others_is_a_narrow_slope() {
+        for (x, expected) in [
+            (-1.0, 0.0),
+            (0.0, 0.0),
+            (5e-7, 0.5),
+            (2e-6, 1.0),
+            (3.0, 1.0),
+        ] {
+            let got = Plain(x).step().0;
+            assert!((got - expected).abs() < 1e-12, "{x}: {got}");
+        }
+    }
 }

@@ -252,3 +252,58 @@ impl<'a> Tracker<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::blob::draft::Draft;
+    use crate::estimate::Mode;
+    use crate::measurement::Sensed;
+
+    fn measurement(time_us: u64) -> Measurement {
+        let sensed = |value, sigma| Some(Sensed { value, sigma });
+        Measurement {
+            time_us,
+            range: sensed(33.0, 0.5),
+            elevation: sensed(0.4, 0.01),
+            azimuth: sensed(0.5, 0.01),
+            range_rate: sensed(0.0, 0.1),
+            sensor: crate::sensor::Sensor::ORIGIN,
+        }
+    }
+
+    /// Of both kinds: repeats are refused, a reset forgets them, and two strange times in a row
+    /// start anew.
+    #[test]
+    fn times_repeats_and_resets() {
+        for draft in [Draft::memoryless(&[12, 3], 3), Draft::recursive(3)] {
+            let bytes = draft.bytes();
+            let blob = Blob::parse(&bytes).expect("a blob");
+            let settings = Settings::of(&blob);
+            let mut tracker = Tracker::new(blob, settings).expect("its own settings");
+            assert_eq!(tracker.settings(), settings);
+            let mode = |estimate: Result<Estimate, StepError>| estimate.map(|e| e.mode);
+            let mut step = |time_us| mode(tracker.step(&measurement(time_us)));
+            assert_eq!(step(1_000_000), Ok(Mode::Started));
+            assert_eq!(step(1_000_000), Err(StepError::Repeated));
+            assert_eq!(step(1_100_000), Ok(Mode::Tracking));
+            let far = 3_600_000_000;
+            let refusal = StepError::TimeTooFarAhead {
+                latest_us: 1_100_000,
+                given_us: far,
+            };
+            assert_eq!(step(far), Err(refusal));
+            assert_eq!(step(far + 100_000), Ok(Mode::Started));
+            assert_eq!(mode(tracker.coast(far + 200_000)), Ok(Mode::Coasting));
+            let refusal = StepError::TimeWentBack {
+                latest_us: far + 200_000,
+                given_us: far,
+            };
+            assert_eq!(mode(tracker.coast(far)), Err(refusal));
+            tracker.reset();
+            assert_eq!(mode(tracker.coast(far)), Err(StepError::NotStarted));
+            let again = tracker.step(&measurement(far + 100_000));
+            assert_eq!(mode(again), Ok(Mode::Started));
+        }
+    }
+}

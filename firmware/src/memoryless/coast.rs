@@ -116,6 +116,19 @@ mod tests {
         assert!((same.covariance[(0, 0)] - alone).abs() < 1e-5);
     }
 
+    /// With one fix the velocity is nothing, and as unsure as the population's: 3 m/s.
+    #[test]
+    fn one_fix_stands_still_and_doubts() {
+        let population = Population {
+            speed_sigma: 3.0,
+            acceleration_sigma: 5.0,
+        };
+        let out = extrapolate(&fix(0, 1.0, 0.5), None, population, 2_000_000);
+        assert_eq!(out.position.x, 1.0);
+        let expected = 0.5 + 9.0 * 4.0 + 10.0 * 10.0;
+        assert!((out.covariance[(0, 0)] - expected).abs() < 1e-3);
+    }
+
     #[test]
     fn uncertain_fixes_stand_still() {
         let out = extrapolate(

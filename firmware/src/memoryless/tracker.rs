@@ -17,8 +17,8 @@ use crate::network::monte_carlo::{Sampling, moments};
 use crate::network::{Network, Scratch};
 use crate::radar::{converted, innovations, predict};
 use crate::rng::{Generator, seeded};
-use crate::settings::{Correction, Settings};
 use crate::sensor::Sensor;
+use crate::settings::{Correction, Settings};
 use crate::step_error::StepError;
 
 /// A previous measurement older than this is forgotten: the next one starts anew.
@@ -281,3 +281,6 @@ fn estimate(fix: &Fix, nis: f32, mode: Mode) -> Estimate {
         motion: None,
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -232,4 +232,38 @@ mod tests {
         }
         assert_eq!(old.track().used, 4);
     }
+
+    /// Twice 6 m is 12 m: a sum of variances of 144 m^2 may agree, more may not.
+    #[test]
+    fn unsure_and_old_end_where_they_are_said_to() {
+        let unsure = |variance: f32, time_us, range_sigma_m| {
+            let mut track = *candidate().track();
+            for axis in 0..3 {
+                track.covariance[axis] = [0.0; 9];
+                track.covariance[axis][axis] = variance / 3.0;
+            }
+            let there = seen(time_us, 33.0, 0.5);
+            let population = Population {
+                range_sigma_m,
+                ..population()
+            };
+            Candidate::deposed(track).meet(&there, &base(), &population)
+        };
+        assert_eq!(unsure(144.0, 0, 6.0), Verdict::Wait);
+        assert_eq!(unsure(145.0, 0, 6.0), Verdict::Over);
+        assert_eq!(unsure(100.0, 5_000_000, 600.0), Verdict::Wait);
+        assert_eq!(unsure(100.0, 5_100_000, 600.0), Verdict::Over);
+    }
+
+    /// Agreement at the same time is no step of the memory.
+    #[test]
+    fn no_time_is_no_step() {
+        let mut candidate = candidate();
+        let met = candidate.meet(&seen(0, 33.0, 0.5), &base(), &population());
+        assert_eq!((met, candidate.track().used), (Verdict::Wait, 2));
+        let memory = &candidate.track().memory;
+        assert_eq!(memory.age_s, 0.0);
+        let means = memory.velocity_means.as_flattened();
+        assert!(means.iter().all(|mean| mean.is_finite()));
+    }
 }

@@ -55,7 +55,9 @@ pub fn curvature<S: Scalar>(state: &State<S>, covariance: &Covariance<S>) -> [S;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::radar::predict;
+    use crate::radar::{axes, predict};
+    use crate::recursive::state::tests::covariance;
+    use nalgebra::{SMatrix, SVector};
 
     const STATE_AT: [f64; 9] = [12.0, -21.0, 9.0, 1.5, -0.7, 0.4, 0.3, 0.2, -0.1];
 
@@ -105,5 +107,58 @@ mod tests {
                 got[i]
             );
         }
+    }
+
+    /// A full covariance: half the trace of `(Hessian P)^2`, the Hessian by differences; that of the
+    /// range-rate by position and velocity is the derivative of the line of sight.
+    #[test]
+    fn curvature_of_a_full_covariance_is_half_a_trace() {
+        let full = covariance(6);
+        let p = SMatrix::<f64, 6, 6>::from_fn(|i, j| full[i][j]);
+        let got = curvature(&STATE_AT, &full);
+        // Left out of the elevation: how its swaying to the side goes with what is along and upward.
+        let [elevation, azimuth, range, _] = expected(&STATE_AT);
+        let [along, upward, lateral] = axes(elevation, azimuth).map(SVector::<f64, 3>::from);
+        let beside = p.fixed_view::<3, 3>(0, 0) * lateral;
+        let left_out =
+            2.0 * elevation.tan() * along.dot(&beside) * upward.dot(&beside) / range.powi(4);
+        let h = 1e-3;
+        for component in 0..4 {
+            let hessian = SMatrix::<f64, 6, 6>::from_fn(|a, b| {
+                if component == 3 && (a < 3) == (b < 3) {
+                    return 0.0;
+                }
+                let at = |p: f64, q: f64| {
+                    let mut state = STATE_AT;
+                    state[a] += p * h;
+                    state[b] += q * h;
+                    expected(&state)[component]
+                };
+                (at(1.0, 1.0) - at(1.0, -1.0) - at(-1.0, 1.0) + at(-1.0, -1.0)) / (4.0 * h * h)
+            });
+            let product = hessian * p;
+            let mut half = 0.5 * (product * product).trace();
+            if component == 0 {
+                half -= left_out;
+            }
+            let ratio = got[component] / half;
+            assert!((ratio - 1.0).abs() < 1e-5, "{component}: {ratio}");
+        }
+    }
+
+    /// Near the vertical the horizontal distance counts as a centimetre.
+    #[test]
+    fn curvature_near_the_zenith_is_that_of_a_centimetre() {
+        let mut covariance = [[0.0; 9]; 9];
+        for axis in 0..3 {
+            covariance[axis][axis] = 0.01;
+        }
+        let mut state = [0.0_f64; 9];
+        (state[0], state[2]) = (0.01, 5.0);
+        let edge = curvature(&state, &covariance);
+        assert!((edge[1] / (1e-4 / 1e-8) - 1.0).abs() < 1e-9, "{edge:?}");
+        state[0] = 0.0;
+        let got = curvature(&state, &covariance);
+        assert!(got.iter().all(|value: &f64| value.is_finite()));
     }
 }

@@ -226,4 +226,57 @@ mod tests {
             );
         }
     }
+
+    /// What equals a bound of motion is outside; a place's bounds belong to it.
+    #[test]
+    fn bounds_are_exact() {
+        let bounds = Bounds {
+            speed_max_mps: 5.0,
+            acceleration_max_mps2: 13.0,
+            range_m: [5.0, 50.0],
+            elevation_rad: [-2.0, 2.0],
+        };
+        let envelope = Envelope::of(&bounds, &Population::PAPER.known());
+        let moving = |velocity: [f32; 3], acceleration: [f32; 3]| {
+            let mut state = placed(30.0, 0.5);
+            state[3..6].copy_from_slice(&velocity);
+            state[6..].copy_from_slice(&acceleration);
+            envelope.holds_motion(&state)
+        };
+        assert!(moving([3.0, 0.0, 3.99], [12.0, 4.99, 0.0]));
+        assert!(!moving([3.0, 0.0, 4.0], [12.0, 4.99, 0.0]));
+        assert!(!moving([0.0, 4.0, -3.0], [0.0; 3]));
+        assert!(!moving([0.0; 3], [12.0, -5.0, 0.0]));
+        assert!(!moving([0.0; 3], [0.0, 12.0, 5.0]));
+        let at = |x: f32, z: f32| [x, 0.0, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let known = spread(0.1);
+        // Straight up and down are elevations of a right angle, within two radians.
+        for (state, inside) in [
+            (at(3.0, 4.0), true),
+            (at(30.0, 40.0), true),
+            (at(0.0, 20.0), true),
+            (at(0.0, -20.0), true),
+            (at(30.0, 40.1), false),
+            (at(3.0, 3.9), false),
+        ] {
+            assert_eq!(envelope.holds_place(&state, &known), inside, "{state:?}");
+        }
+        // A variance of 9 m^2, half of 6 m squared, is unsure.
+        let mut unsure = spread(0.0);
+        (unsure[0][0], unsure[1][1], unsure[2][2]) = (2.0, 3.0, 4.0);
+        assert!(!envelope.holds_place(&at(3.0, 4.0), &unsure));
+        unsure[2][2] = 3.9;
+        assert!(envelope.holds_place(&at(3.0, 4.0), &unsure));
+    }
+
+    #[test]
+    fn single_bounds_are_the_same_numbers() {
+        let single = Bounds::COUNTER_UAS.single();
+        assert_eq!(
+            (single.speed_max_mps, single.acceleration_max_mps2),
+            (45.0, 40.0)
+        );
+        assert_eq!(single.range_m, [100.0, 4000.0]);
+        assert_eq!(single.elevation_rad, [-0.2, 1.2]);
+    }
 }

@@ -257,4 +257,18 @@ mod tests {
             );
         }
     }
+
+    /// The eighth power of the deviations, counted in 2.6 of the population's.
+    #[test]
+    fn presence_is_what_its_formula_says() {
+        for state in [INSIDE, [40.0, 9.0, 24.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]] {
+            let sight = LineOfSight::to([state[0], state[1], state[2]]);
+            let z = [
+                (state[0].hypot(state[1]) - P.horizontal_m) / (2.6 * P.horizontal_sigma_m),
+                (state[2] - P.height_m) / (2.6 * P.height_sigma_m),
+            ];
+            let expected = 1.0 / (1.0 + z[0].powi(8) + z[1].powi(8));
+            assert!((presence(&state, &sight, &P) - expected).abs() < 1e-12);
+        }
+    }
 }

@@ -213,5 +213,10 @@ mod tests {
         let (state, _, memory) = filter();
         let list = of(&state, &[[0.0; 9]; 9], &memory);
         assert!((list[8] - 0.5 * 1e-10_f64.ln()).abs() < 1e-12);
+        // Nor has a speed of nothing none.
+        let mut still = state;
+        still[3..6].fill(0.0);
+        let list = of(&still, &[[0.0; 9]; 9], &memory);
+        assert!(list.iter().all(|feature| feature.is_finite()));
     }
 }

@@ -200,4 +200,43 @@ mod tests {
             assert!((kept - (1.0 - (-0.4 / time_s).exp())).abs() < 1e-12);
         }
     }
+
+    /// Of a channel that was not measured the innovation fades and the rest stays.
+    #[test]
+    fn an_absent_channel_is_remembered_as_it_was() {
+        let mut memory = Memory::start(SIGMAS, [0.0; 3]);
+        memory.measured([2.0, -1.0, 0.5, 3.0], &Vectors::whole([0.0; 4], [0.1; 4]));
+        let before = memory;
+        let mut vectors = Vectors::whole([0.0; 4], [0.3; 4]);
+        vectors.present = [0.0, 1.0, 0.0, 1.0];
+        memory.measured([9.0, 4.0, 9.0, -6.0], &vectors);
+        for i in [0, 2] {
+            assert!((memory.innovation[i] - 0.8 * before.innovation[i]).abs() < 1e-15);
+            assert_eq!(memory.drift[i], before.drift[i]);
+            assert_eq!(memory.squares[i], before.squares[i]);
+            assert_eq!(memory.ln_sigmas[i], before.ln_sigmas[i]);
+        }
+        for (i, y, bounded, square) in [(1, 4.0, 4.0, 16.0), (3, -6.0, -5.0, 25.0)] {
+            assert_eq!(memory.innovation[i], y);
+            let drift = 0.85 * before.drift[i] + 0.15 * bounded;
+            assert!((memory.drift[i] - drift).abs() < 1e-15);
+            let squares = 0.9 * before.squares[i] + 0.1 * square;
+            assert!((memory.squares[i] - squares).abs() < 1e-14);
+            assert!((memory.ln_sigmas[i] - 0.3_f64.ln()).abs() < 1e-15);
+        }
+    }
+
+    /// Notes come nearer to what the network says now, from wherever they are.
+    #[test]
+    fn notes_are_running_means() {
+        let mut memory = Memory::start(SIGMAS, [0.0; 3]);
+        memory.noted(0.4, &[100.0; NOTES]);
+        let before = memory.notes;
+        memory.noted(0.3, &[-0.5; NOTES]);
+        for i in 0..NOTES {
+            let kept = (-0.3 / NOTE_TIMES_S[i]).exp();
+            let expected = kept * before[i] + (1.0 - kept) * (-0.5_f64).tanh();
+            assert!((memory.notes[i] - expected).abs() < 1e-12, "{i}");
+        }
+    }
 }

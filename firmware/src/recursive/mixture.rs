@@ -134,4 +134,20 @@ mod tests {
             assert!((mixture.corrected.state[i] - corrected(0).state[i]).abs() < 1e-20);
         }
     }
+
+    /// Every hypothesis between the network's own and the outlier is a manoeuvre.
+    #[test]
+    fn doubt_is_what_the_shares_say() {
+        let part = corrected(0);
+        let single = Corrected {
+            state: part.state.map(|x| x as f32),
+            covariance: part.covariance.map(|row| row.map(|x| x as f32)),
+            nis: 0.0,
+            ln_root: 0.0,
+        };
+        let mut mixture = Mixture::of(0, 0.5, single);
+        mixture.shares = [0.4, 0.25, 0.125, 0.225];
+        let doubt = mixture.doubt();
+        assert_eq!((doubt.manoeuvre, doubt.outlier), (0.375, 0.225));
+    }
 }

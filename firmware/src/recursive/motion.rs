@@ -143,6 +143,11 @@ mod tests {
     use super::*;
     use crate::recursive::population::Base;
     use crate::recursive::schedule::SCHEDULE as OUTPUTS;
+    use crate::recursive::state::tests::covariance;
+    use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+
+    type Matrix9 = SMatrix<f64, 9, 9>;
+    type Vector9 = SVector<f64, 9>;
 
     fn sight() -> LineOfSight<f64> {
         LineOfSight::to([20.0, 10.0, 8.0])
@@ -195,6 +200,89 @@ mod tests {
             assert!(i >= 6 || spread[i][i] > 1.0);
             for j in 0..9 {
                 assert!((spread[i][j] - spread[j][i]).abs() < 1e-15);
+            }
+        }
+    }
+
+    /// The transition and the noise as matrices, written out from the formulas above.
+    #[test]
+    fn a_prediction_is_what_its_formulas_say() {
+        let schedule = Schedule {
+            decay_hz: 0.7,
+            damping_hz2: [0.05, 0.11],
+            turn_radps: 1.3,
+            jerk_mps3: [0.4, -0.9, 0.6],
+            noise: Densities {
+                jerk: [1.5, 0.6, 2.5],
+                acceleration: [0.3, 0.8, 0.2],
+                velocity: 0.05,
+            },
+            sensor_scale: [1.0; 3],
+        };
+        let state = [20.0, 10.0, 8.0, 1.0, -2.0, 0.3, 1.1, 0.5, 0.2];
+        let prior = covariance(2);
+        let dt = 0.4_f64;
+        let (moved, spread) = predict(&state, &prior, &sight(), &schedule, dt);
+
+        let e = (-0.7 * dt).exp();
+        let f1 = (1.0 - e) / 0.7;
+        let f2 = (dt - f1) / 0.7;
+        let turn = |angle: f64| {
+            let (s, c) = angle.sin_cos();
+            Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0)
+        };
+        let damping = Matrix3::from_diagonal(&[0.05, 0.05, 0.11].into());
+        let one = Matrix3::identity();
+        let mut f = Matrix9::identity();
+        let mut set = |row: usize, column: usize, block: Matrix3<f64>| {
+            let mut place = f.fixed_view_mut::<3, 3>(3 * row, 3 * column);
+            place.copy_from(&block);
+        };
+        set(0, 1, one * dt);
+        set(0, 2, turn(0.65 * dt) * f2);
+        set(1, 1, one - damping * f2);
+        set(1, 2, turn(0.65 * dt) * f1);
+        set(2, 1, damping * -f1);
+        set(2, 2, turn(1.3 * dt) * e);
+        // The level frame: cosine 2 and sine 1 over the root of five.
+        let (c, s) = (0.8_f64.sqrt(), 0.2_f64.sqrt());
+        let level = Matrix3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
+        let jerk = level.transpose() * Vector3::new(0.4, -0.9, 0.6);
+        let mut expected = f * Vector9::from(state);
+        for axis in 0..3 {
+            expected[3 + axis] += f2 * jerk[axis];
+            expected[6 + axis] += f1 * jerk[axis];
+        }
+        // Integrals of white noise, one, two and three times.
+        let world =
+            |density: [f64; 3]| level.transpose() * Matrix3::from_diagonal(&density.into()) * level;
+        let (jerk, acceleration) = (world([1.5, 0.6, 2.5]), world([0.3, 0.8, 0.2]));
+        let by_jerk = [
+            [dt.powi(5) / 20.0, dt.powi(4) / 8.0, dt.powi(3) / 6.0],
+            [dt.powi(4) / 8.0, dt.powi(3) / 3.0, dt.powi(2) / 2.0],
+            [dt.powi(3) / 6.0, dt.powi(2) / 2.0, dt],
+        ];
+        let by_acceleration = [
+            [dt.powi(3) / 3.0, dt.powi(2) / 2.0, 0.0],
+            [dt.powi(2) / 2.0, dt, 0.0],
+            [0.0; 3],
+        ];
+        let prior = Matrix9::from_fn(|i, j| prior[i][j]);
+        let mut covariance = f * prior * f.transpose();
+        for i in 0..9 {
+            for j in 0..9 {
+                let (block, at) = ((i / 3, j / 3), (i % 3, j % 3));
+                covariance[(i, j)] += by_jerk[block.0][block.1] * jerk[at];
+                covariance[(i, j)] += by_acceleration[block.0][block.1] * acceleration[at];
+            }
+        }
+        for axis in 0..3 {
+            covariance[(axis, axis)] += 0.05 * dt;
+        }
+        for i in 0..9 {
+            assert!((moved[i] - expected[i]).abs() < 1e-12, "{i}");
+            for j in 0..9 {
+                assert!((spread[i][j] - covariance[(i, j)]).abs() < 1e-12, "{i} {j}");
             }
         }
     }

@@ -153,4 +153,15 @@ mod tests {
             assert!((schedule.damping_hz2[1] - damping).abs() < 1e-12);
         }
     }
+
+    /// Twenty times the base's jerk noise, and otherwise the base without any driving.
+    #[test]
+    fn the_wide_model_is_the_base_with_more_jerk() {
+        let wide = Schedule::wide(&Base::DRONE);
+        assert_eq!(wide.noise.jerk, [60.0; 3]);
+        assert_eq!(wide.noise.acceleration, [0.03; 3]);
+        assert_eq!((wide.noise.velocity, wide.decay_hz), (1e-4, 1.0));
+        assert_eq!((wide.damping_hz2, wide.turn_radps), ([0.0; 2], 0.0));
+        assert_eq!((wide.jerk_mps3, wide.sensor_scale), ([0.0; 3], [1.0; 3]));
+    }
 }

@@ -64,6 +64,7 @@ impl<S: Scalar> LineOfSight<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::{Matrix3, Vector3};
 
     #[test]
     fn the_position_lies_on_the_radial_axis() {
@@ -89,5 +90,41 @@ mod tests {
     fn the_zenith_is_finite() {
         let sight = LineOfSight::<f64>::to([0.0, 0.0, 10.0]);
         assert!(sight.cosine.is_finite() && sight.sine.is_finite());
+    }
+
+    /// Both turns as one matrix, of a covariance that is full.
+    #[test]
+    fn the_level_frame_is_a_turn_about_the_vertical() {
+        let sight = LineOfSight::<f64>::to([-3.0, 4.0, 12.0]);
+        let (c, s) = (-0.6, 0.8);
+        let turn = Matrix3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
+        let vector = [0.7, -1.1, 2.3];
+        let (level, world) = (
+            turn * Vector3::from(vector),
+            turn.transpose() * Vector3::from(vector),
+        );
+        let full = Matrix3::new(4.0, 1.2, 0.3, 1.2, 2.5, -0.4, 0.3, -0.4, 9.0);
+        let variances = (turn * full * turn.transpose()).diagonal();
+        let got = sight.level_variances(4.0, 1.2, 2.5, 9.0);
+        let diagonal = Matrix3::from_diagonal(&[4.0, 2.5, 9.0].into());
+        let spread = turn.transpose() * diagonal * turn;
+        for axis in 0..3 {
+            assert!((sight.level(vector)[axis] - level[axis]).abs() < 1e-12);
+            assert!((sight.world(vector)[axis] - world[axis]).abs() < 1e-12);
+            assert!((got[axis] - variances[axis]).abs() < 1e-12);
+        }
+        let entries = sight.world_covariance([4.0, 2.5, 9.0]);
+        let places = [(0, 0), (0, 1), (1, 1), (2, 2)];
+        for (entry, place) in entries.into_iter().zip(places) {
+            assert!((entry - spread[place]).abs() < 1e-12, "{place:?}");
+        }
+    }
+
+    /// Within a centimetre of the vertical the frame shrinks instead of spinning.
+    #[test]
+    fn near_the_zenith_the_horizontal_distance_is_a_centimetre() {
+        let sight = LineOfSight::<f64>::to([3e-3, -4e-3, 10.0]);
+        assert!((sight.cosine - 0.3).abs() < 1e-12 && (sight.sine + 0.4).abs() < 1e-12);
+        assert!((sight.range_m - (1e-4_f64 + 100.0).sqrt()).abs() < 1e-12);
     }
 }

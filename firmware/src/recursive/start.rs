@@ -137,6 +137,7 @@ fn fuse<S: Scalar>(prior: (S, S), measured: (S, S), present: S) -> (S, S) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::{Matrix3, Vector3};
 
     #[test]
     fn a_sharp_measurement_is_believed() {
@@ -274,5 +275,106 @@ mod tests {
         assert!((spread / expected - 1.0).abs() < 0.1, "{spread} {expected}");
         assert_eq!(state[3..6], [0.0; 3]);
         assert!((covariance[5][5] - 0.25).abs() < 1e-12);
+    }
+
+    /// Precision-weighted mean and its variance, the prior widened by a surprise.
+    fn product(prior: (f64, f64), measured: Option<(f64, f64)>) -> (f64, f64) {
+        let Some((value, sigma)) = measured else {
+            return (prior.0, prior.1.powi(2));
+        };
+        let surprise = (value - prior.0).powi(2) / (prior.1.powi(2) + sigma.powi(2));
+        let widened = prior.1 * f64::max(1.0, surprise / 9.0);
+        let (a, b) = (widened.powi(-2), sigma.powi(-2));
+        ((a * prior.0 + b * value) / (a + b), 1.0 / (a + b))
+    }
+
+    /// The whole start, written again with matrices: ordinary, surprising, blunt, exact and
+    /// incomplete measurements.
+    #[test]
+    fn a_start_is_what_its_formulas_say() {
+        let mut wide = Population::PAPER;
+        wide.elevation_sigma_rad = 2.0;
+        wide.acceleration_sigma_mps2 = 3.0;
+        let all = [1.0; 4];
+        let cases = [
+            ([0.4, -2.0, 30.0, 1.2], [0.02, 0.03, 2.0, 0.4], all),
+            ([-0.6, 2.5, 90.0, -14.0], [0.02, 0.03, 2.0, 0.4], all),
+            ([0.9, 1.0, 25.0, 0.5], [0.9, 1.0, 9.0, 1e-4], all),
+            ([0.9, 1.0, 25.0, -9.0], [0.9, 1.0, 9.0, 1e-4], all),
+            (
+                [0.4, 1.0, 30.0, 0.7],
+                [0.02, 0.03, 2.0, 0.4],
+                [0.0, 1.0, 1.0, 1.0],
+            ),
+            (
+                [0.4, 1.0, 30.0, 0.7],
+                [0.02, 0.03, 2.0, 0.4],
+                [1.0, 1.0, 0.0, 0.0],
+            ),
+        ];
+        for (measured, sigmas, present) in cases {
+            for p in [Population::PAPER, wide] {
+                let vectors = Vectors {
+                    measured,
+                    sigmas,
+                    present,
+                };
+                let (state, covariance) = start(&vectors, &p);
+                let channel = |i: usize| (present[i] > 0.0).then_some((measured[i], sigmas[i]));
+                let (elevation, elevation_variance) =
+                    product((p.elevation_rad, p.elevation_sigma_rad), channel(0));
+                let (range, range_variance) = product((p.range_m, p.range_sigma_m), channel(2));
+                let limit = core::f64::consts::FRAC_PI_2;
+                let reach = [
+                    (3.0 * elevation_variance).sqrt().min(limit),
+                    (3.0_f64.sqrt() * sigmas[1]).min(limit),
+                    (3.0 * range_variance).sqrt(),
+                ];
+                let cartesian = |e: f64, a: f64, r: f64| {
+                    Vector3::new(r * e.cos() * a.cos(), r * e.cos() * a.sin(), r * e.sin())
+                };
+                let mut points = std::vec::Vec::new();
+                for (axis, reach) in reach.into_iter().enumerate() {
+                    for away in [reach, -reach] {
+                        let mut at = [elevation, measured[1], range];
+                        at[axis] += away;
+                        points.push(cartesian(at[0], at[1], at[2]));
+                    }
+                }
+                let mean = points.iter().sum::<Vector3<f64>>() / 6.0;
+                let mut place = Matrix3::identity() * 1e-8;
+                for point in &points {
+                    place += (point - mean) * (point - mean).transpose() / 6.0;
+                }
+                let unit = cartesian(elevation, measured[1], 1.0);
+                let (level, upward) = (p.horizontal_sigma_mps, p.vertical_sigma_mps);
+                let deviations = Vector3::new(level, level, upward);
+                let mut motion = Matrix3::from_diagonal(&deviations.map(|s| s * s));
+                let along = unit.dot(&(motion * unit));
+                let surprise = measured[3].powi(2) / (along + sigmas[3].powi(2));
+                let widen = f64::max(1.0, surprise / 9.0);
+                motion *= widen;
+                let noise = sigmas[3].powi(2).max(1e-5 * along * widen);
+                let gain = motion * unit * (present[3] / (along * widen + noise));
+                let velocity = gain * measured[3];
+                motion -= gain * unit.transpose() * motion;
+                for i in 0..3 {
+                    assert!((state[i] - mean[i]).abs() < 1e-9, "{i}");
+                    assert!((state[3 + i] - velocity[i]).abs() < 1e-9, "{i}");
+                    assert_eq!(state[6 + i], 0.0);
+                    for j in 0..3 {
+                        let own = |block: usize| covariance[block + i][block + j];
+                        assert!((own(0) - place[(i, j)]).abs() < 1e-9, "{i} {j}");
+                        assert!((own(3) - motion[(i, j)]).abs() < 1e-9, "{i} {j}");
+                        let variance = p.acceleration_sigma_mps2.powi(2);
+                        let expected = if i == j { variance } else { 0.0 };
+                        assert_eq!(own(6), expected);
+                        for (row, column) in [(0, 3), (0, 6), (3, 6), (3, 0), (6, 0), (6, 3)] {
+                            assert_eq!(covariance[row + i][column + j], 0.0);
+                        }
+                    }
+                }
+            }
+        }
     }
 }

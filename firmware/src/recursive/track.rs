@@ -307,6 +307,11 @@ mod tests {
         {
             assert!((got - f32::ln(sigma)).abs() < 1e-6);
         }
+        // With all channels it is as sharp as it says.
+        let own = self::track().memory.ln_sigmas;
+        for (got, sigma) in own.into_iter().zip([0.005, 0.006, 0.1, 0.05]) {
+            assert!((got - f32::ln(sigma)).abs() < 1e-6);
+        }
     }
 
     #[test]
@@ -323,8 +328,14 @@ mod tests {
     #[test]
     fn what_means_nothing_does_not_settle() {
         assert!(track().settle());
+        let mut far = track();
+        (far.state[1], far.state[3], far.state[7]) = (-9.9e6, 9.9e4, -9.9e4);
+        far.covariance[0][0] = 9.9e9;
+        assert!(far.settle());
         type Damage = fn(&mut Track);
-        let damages: [Damage; 7] = [
+        let damages: [Damage; 9] = [
+            |t| t.state[0] = 1e7,
+            |t| t.covariance[2][2] = 1e10,
             |t| t.state[0] = f32::NAN,
             |t| t.state[2] = 1.1e7,
             |t| t.state[4] = -1.1e5,
@@ -524,5 +535,35 @@ mod tests {
                 .corrected(&Vectors::from(&first()), [1.0; 3])
                 .is_none()
         );
+    }
+
+    /// A track's factor and doubt are those of its state and covariance.
+    #[test]
+    fn a_track_is_fused_and_doubted() {
+        let factor = Factor {
+            shifts: [1.0; 5],
+            weights: [2.0; 5],
+        };
+        let (before, mut fused) = (track(), track());
+        fused.fuse(&factor, &population(), 0.1);
+        let (mut state, mut covariance) = (before.state, before.covariance);
+        factor.fuse(&mut state, &mut covariance, &population(), 0.1);
+        assert_eq!((fused.state, fused.covariance), (state, covariance));
+        assert!(state != before.state && covariance != before.covariance);
+
+        let wide = Schedule::wide(&base());
+        let interval = Interval {
+            sight: before.sight(),
+            noise: wide.noise,
+            sensor_scale: wide.sensor_scale,
+            dt_s: 0.2,
+        };
+        let (hypotheses, odds) = (Hypotheses::DRONE.known(), [0.7, 0.1, 0.1, 0.1]);
+        let mut doubted = track();
+        doubted.doubt(&interval, &hypotheses, &odds);
+        let mut covariance = before.covariance;
+        interval.doubt(&mut covariance, &hypotheses, &odds);
+        assert_eq!(doubted.covariance, covariance);
+        assert!(covariance[0][0] > before.covariance[0][0]);
     }
 }

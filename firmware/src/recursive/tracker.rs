@@ -521,3 +521,6 @@ impl<'a> Recursive<'a> {
         (outputs, jerk_variance)
     }
 }
+
+#[cfg(test)]
+mod tests;
