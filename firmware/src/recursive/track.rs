@@ -132,8 +132,6 @@ impl Track {
 
     /// What a measurement makes of the prediction over `interval` under all hypotheses, and its
     /// whitened innovations; `None` where single precision overflows, or rounding spoils it.
-    // Four corrections need not lie in flash twice.
-    #[inline(never)]
     pub fn weighed(
         &self,
         vectors: &Vectors<f32>,

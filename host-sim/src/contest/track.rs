@@ -42,6 +42,22 @@ pub fn track(
     flight: &Flight,
     readings: &[Option<Reading>],
 ) -> Vec<TrackStep> {
+    watched_track(filter, flight, readings, &mut |_, _, _| {})
+}
+
+/// Who looks at a filter after each step, whose sample's number and estimate that is scored it gets.
+pub type Watcher<'a> = &'a mut dyn FnMut(&mut dyn Filter, usize, &PositionEstimate);
+
+/// [`track`] with somebody who looks.
+///
+/// # Panics
+/// As [`track`].
+pub fn watched_track(
+    filter: &mut dyn Filter,
+    flight: &Flight,
+    readings: &[Option<Reading>],
+    watcher: Watcher<'_>,
+) -> Vec<TrackStep> {
     assert_eq!(
         readings.len(),
         flight.samples.len(),
@@ -68,7 +84,7 @@ pub fn track(
     let mut loss = Loss::default();
     let mut steps = Vec::with_capacity(readings.len() - 1);
     let truth = flight.samples.iter().zip(flight.motion());
-    for ((sample, motion), reading) in truth.zip(readings).skip(1) {
+    for (number, ((sample, motion), reading)) in truth.zip(readings).enumerate().skip(1) {
         let truth_m = sample.position_m.into();
         let answer = filter.step(time_us(flight, sample.time_s), reading.as_ref());
         let (estimate, mut scored) = score_or_hold(&answer, &held, &truth_m);
@@ -83,11 +99,13 @@ pub fn track(
             in_gap: reading.is_none(),
             motion,
         });
+        watcher(filter, number, &held);
     }
     steps
 }
 
-fn score_or_hold(
+/// The score of an answer, or of what was `held` if there is no usable one: then it has diverged.
+pub(super) fn score_or_hold(
     answer: &Result<PositionEstimate, FilterError>,
     held: &PositionEstimate,
     truth_m: &Vector3<f64>,
@@ -147,7 +165,7 @@ mod tests {
     use nalgebra::{Matrix3, Vector3};
 
     use super::track;
-    use crate::filter::{Filter, FilterError, PositionEstimate, Start};
+    use crate::filter::{Filter, FilterError, Forecasts, HORIZONS_US, PositionEstimate, Start};
 
     /// Answers what it is told to, whatever it sees.
     struct Script {
@@ -162,6 +180,10 @@ mod tests {
 
         fn step(&mut self, _: u64, _: Option<&Reading>) -> Result<PositionEstimate, FilterError> {
             self.answers.remove(0)
+        }
+
+        fn forecast(&mut self, _: &[u64; HORIZONS_US.len()]) -> Result<Forecasts, FilterError> {
+            Err(FilterError::NotFinite)
         }
     }
 
