@@ -66,7 +66,7 @@ fn assert_within_budgets(bytes: &[u8], runs: &[(u16, &str)]) {
         };
         let mut session = ImageSession::boot(image.path(), Duration::from_secs(120)).unwrap();
         let comparison = compare(&mut session, blob, settings, &steps).unwrap();
-        assert_eq!(comparison.identical, steps.len());
+        assert!(comparison.all_identical());
         let budget = session.budget().unwrap();
         let ticks = |ticks| Spread::of(ticks).unwrap().max;
 
@@ -80,6 +80,11 @@ fn assert_within_budgets(bytes: &[u8], runs: &[(u16, &str)]) {
             ("stack_bytes", budget.stack_bytes_max),
             ("instructions_step", ticks(&comparison.ticks_measured)),
             ("instructions_coast", ticks(&comparison.ticks_coasted)),
+            ("instructions_forecasts", ticks(&comparison.forecasts.ticks)),
+            (
+                "instructions_likelihood",
+                ticks(&comparison.likelihoods.ticks),
+            ),
         ];
         let limits = limits[name].as_table().unwrap();
         assert_eq!(limits.len(), figures.len(), "one limit for every figure");

@@ -10,6 +10,7 @@ use heapless::Vec;
 
 use crate::clock::AHEAD_MAX_US;
 use crate::estimate::Estimate;
+use crate::likelihood::Likelihood;
 use crate::measurement::Measurement;
 use crate::step_error::StepError;
 use crate::tracker::{Snapshot, Tracker};
@@ -119,6 +120,25 @@ impl<'a> LateTracker<'a> {
         let estimate = call.answer(&mut self.tracker)?;
         self.keep(call);
         Ok(estimate)
+    }
+
+    /// [`Tracker::forecasts`], from what has come so far.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn forecasts<const N: usize>(
+        &mut self,
+        times_us: &[u64; N],
+    ) -> Result<[Estimate; N], StepError> {
+        self.tracker.forecasts(times_us)
+    }
+
+    /// [`Tracker::likelihood`], for a plot that is not late.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn likelihood(&mut self, measurement: &Measurement) -> Result<Likelihood, StepError> {
+        self.tracker.likelihood(measurement)
     }
 
     fn begin(&mut self) {

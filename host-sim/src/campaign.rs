@@ -4,6 +4,7 @@ pub mod cell_summary;
 pub mod comparison;
 mod example_runs;
 pub mod fold_kit;
+pub mod forecast_summary;
 pub mod generalisation;
 pub mod outcome;
 pub mod step_record;
@@ -124,6 +125,7 @@ impl Campaign {
         let (cluster, clusters) = clusters(&self.runs);
         let mut steps = StepsFile::new()?;
         let (mut cells, mut pairs, mut floors) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut forecasts, mut forecast_pairs) = (Vec::new(), Vec::new());
         let mut candidates = Vec::new();
         for (number, condition) in conditions.iter().enumerate() {
             let (mut flights, flight_floors) = self.finished(work, number)?;
@@ -149,6 +151,9 @@ impl Campaign {
                 seed: self.seed,
             };
             let (own_cells, own_pairs, floor) = block.sum_up();
+            let (own_forecasts, own_forecast_pairs) = block.sum_up_forecasts();
+            forecasts.extend(own_forecasts);
+            forecast_pairs.extend(own_forecast_pairs);
             cells.extend(own_cells);
             pairs.extend(own_pairs);
             floors.push(floor);
@@ -159,6 +164,8 @@ impl Campaign {
         Ok(Outcome {
             cells,
             comparisons: pairs,
+            forecasts,
+            forecast_comparisons: forecast_pairs,
             candidates,
             variations,
             floors,
@@ -293,8 +300,10 @@ impl Campaign {
         let mut all = Vec::new();
         for tuned_on in &self.tuned_on {
             let roster = self.roster(kit, *tuned_on, &self.methods)?;
-            for (method, steps) in roster.tracks(flight, &readings, condition, self.seed) {
+            let tracks = roster.tracks_ahead(flight, &readings, condition, self.seed);
+            for (method, steps, forecasts) in tracks {
                 all.push(MethodSteps {
+                    forecasts,
                     method,
                     tuned_on: method.is_tuned().then_some(*tuned_on),
                     steps: steps.iter().map(StepRecord::from).collect(),

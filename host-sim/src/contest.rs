@@ -5,6 +5,7 @@ pub mod evaluation;
 pub mod example;
 pub mod flight_kind;
 pub mod fold;
+pub mod forecast;
 pub mod loss;
 pub mod model;
 pub mod roster;

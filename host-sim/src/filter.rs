@@ -4,6 +4,12 @@ use bnkf_model_export::radar::reading::Reading;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
+/// How far ahead forecasts are scored, microseconds.
+pub const HORIZONS_US: [u64; 3] = [500_000, 1_000_000, 2_000_000];
+
+/// Forecasts at every one of [`HORIZONS_US`], or at other times as many.
+pub type Forecasts = [PositionEstimate; HORIZONS_US.len()];
+
 /// What a filter knows when a flight begins.
 #[derive(Clone, Copy, Debug)]
 pub struct Start<'a> {
@@ -124,4 +130,11 @@ pub trait Filter {
     fn late(&mut self, _reading: &Reading) -> Result<PositionEstimate, FilterError> {
         Err(FilterError::TimeWentBack)
     }
+
+    /// Where the target will be at `times_us`, in order and not before the last step, by the filter's
+    /// own model and without a reading. What it says of later readings does not change.
+    ///
+    /// # Errors
+    /// There is no usable forecast.
+    fn forecast(&mut self, times_us: &[u64; HORIZONS_US.len()]) -> Result<Forecasts, FilterError>;
 }

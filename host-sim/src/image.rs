@@ -4,6 +4,7 @@ pub mod build;
 pub mod equality;
 pub mod log;
 pub mod qemu;
+pub mod question;
 pub mod report;
 pub mod session;
 pub mod toolchain;

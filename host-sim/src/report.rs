@@ -3,6 +3,7 @@
 pub mod by_motion;
 pub mod campaign_results;
 mod figures;
+pub mod forecasts;
 mod headline;
 mod page;
 pub mod results_json;

@@ -6,5 +6,6 @@ pub mod bootstrap;
 pub mod cell;
 pub mod chi_square;
 pub mod consistency;
+pub mod forecast;
 pub mod paired;
 pub mod phase;

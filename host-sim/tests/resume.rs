@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 /// Files that must not depend on how often the run was killed. The page and `runtime.json` hold
 /// times, which never repeat.
-const RESULTS: [&str; 12] = [
+const RESULTS: [&str; 14] = [
     "results.json",
     "steps.parquet",
     "cells.csv",
@@ -14,6 +14,8 @@ const RESULTS: [&str; 12] = [
     "bins.csv",
     "reliability.csv",
     "comparisons.csv",
+    "forecasts.csv",
+    "forecast_comparisons.csv",
     "tunings.csv",
     "variations.csv",
     "bounds.csv",

@@ -260,33 +260,50 @@ impl<'a> Recursive<'a> {
     /// A copy of it moves by one answer of the network, along a grid whose parts double: half a
     /// second, one, two, four; times between are reached from the grid. So a forecast does not depend
     /// on what else is asked for, and costs little more than its furthest time.
-    #[inline(never)]
     pub fn forecasts<const N: usize>(
         &mut self,
         times_us: &[u64; N],
     ) -> Result<[Estimate; N], StepError> {
-        let mut ahead = self.track.ok_or(StepError::NotStarted)?;
-        let start_us = ahead.time_us;
+        let answer = self.ask_ahead()?;
+        self.follow(&answer, times_us)
+    }
+
+    /// How the track moves if nothing more is measured.
+    // Apart from what follows it: the network's stack and that of the estimates take turns.
+    #[inline(never)]
+    fn ask_ahead(&mut self) -> Result<Answer, StepError> {
+        let track = self.track.ok_or(StepError::NotStarted)?;
         let rng = self.rng.clone();
-        let answer = self.ask(&ahead, &ahead.sight(), FORECAST_ASKED_S);
+        let answer = self.ask(&track, &track.sight(), FORECAST_ASKED_S);
         self.rng = rng;
         let mut answer = answer?;
         let hypotheses = &self.parameters.hypotheses;
-        let odds = hypotheses.odds(&ahead.memory.counts);
+        let odds = hypotheses.odds(&track.memory.counts);
         // As in a gap, but at once: noise adds up, and nothing is counted on the way.
         let nominal = answer.schedule.noise;
         answer.schedule.noise = nominal.plus(&hypotheses.expected(&odds, &nominal));
+        Ok(answer)
+    }
+
+    /// The estimates of a copy of the track that moves by an answer.
+    fn follow<const N: usize>(
+        &self,
+        answer: &Answer,
+        times_us: &[u64; N],
+    ) -> Result<[Estimate; N], StepError> {
+        let mut ahead = self.track.ok_or(StepError::NotStarted)?;
+        let start_us = ahead.time_us;
         let mut forecasts = [self.estimate_of(&ahead, 0.0, Mode::Coasting, Doubt::NONE); N];
         let (mut from_s, mut to_s) = (0.0, FORECAST_FIRST_S);
         for (forecast, &time_us) in forecasts.iter_mut().zip(times_us) {
             let time_s = seconds_between(start_us, time_us);
             while time_s >= to_s {
-                self.advance(&mut ahead, &answer, to_s - from_s);
+                self.advance(&mut ahead, answer, to_s - from_s);
                 (from_s, to_s) = (to_s, 2.0 * to_s);
             }
             let mut there = ahead;
             there.time_us = time_us;
-            self.advance(&mut there, &answer, time_s - from_s);
+            self.advance(&mut there, answer, time_s - from_s);
             if !there.settle() {
                 return Err(StepError::Lost);
             }
@@ -296,7 +313,6 @@ impl<'a> Recursive<'a> {
     }
 
     /// Moves a track ahead by an answer, with nothing remembered and not settled yet.
-    #[inline(never)]
     fn advance(&self, track: &mut Track, answer: &Answer, dt_s: f32) {
         if dt_s <= 0.0 {
             return;
@@ -396,7 +412,6 @@ impl<'a> Recursive<'a> {
 
     /// Moves the track to `time_us`, before any correction and not settled yet; returns what is still
     /// to be remembered of the last part of the way.
-    #[inline(never)]
     fn predict(&mut self, track: &mut Track, time_us: u64) -> Result<Step, StepError> {
         let dt_s = seconds_between(track.time_us, time_us);
         track.time_us = time_us;
@@ -440,8 +455,8 @@ impl<'a> Recursive<'a> {
 
     /// How a track that is seen along `sight` moves during `interval_s`: what the network answers, or
     /// a model that needs none where it was not trained.
-    // Two ways lead here: the network need not lie in flash twice.
-    #[inline(never)]
+    // In its caller's frame: one of its own would cost half a kilobyte of stack.
+    #[inline(always)]
     fn ask(
         &mut self,
         track: &Track,

@@ -9,7 +9,7 @@ use bnkf::recursive::candidate::UNSURE_MAX;
 use bnkf_model_export::radar::reading::Reading;
 
 use super::candidate::{Candidate, Track, Verdict};
-use crate::filter::{Fate, Filter, FilterError, PositionEstimate, Start};
+use crate::filter::{Fate, Filter, FilterError, Forecasts, HORIZONS_US, PositionEstimate, Start};
 
 /// Normalised innovation squared from which a reading is not used.
 const GATE_NIS: f64 = bnkf::recursive::correction::GATE_NIS;
@@ -108,6 +108,10 @@ impl<F: Filter + Clone> Filter for Gated<F> {
             fate: Some(Fate::Rejected),
             ..coasted
         })
+    }
+
+    fn forecast(&mut self, times_us: &[u64; HORIZONS_US.len()]) -> Result<Forecasts, FilterError> {
+        self.track.filter.forecast(times_us)
     }
 }
 

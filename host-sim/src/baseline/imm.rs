@@ -2,6 +2,7 @@
 
 use bnkf_model_export::radar::reading::Reading;
 
+use super::ahead::{Ahead, parts_s, try_forecasts};
 use super::clock::Clock;
 use super::correction::{Correction, Innovation};
 use super::discrete::Discrete;
@@ -9,7 +10,7 @@ use super::gaussian::Gaussian;
 use super::mixture::{Component, moments, nis, reweigh};
 use super::origin::Origin;
 use super::turn::Turn;
-use crate::filter::{Filter, FilterError, PositionEstimate, Start};
+use crate::filter::{Filter, FilterError, Forecasts, HORIZONS_US, PositionEstimate, Start};
 
 /// M extended Kalman filters that exchange their beliefs before every step.
 #[derive(Clone, Debug)]
@@ -20,6 +21,7 @@ pub struct Imm<const M: usize> {
     origin: Origin,
     belief: Option<(Clock, [Component<6>; M])>,
     steps: [Option<Discrete<6>>; M],
+    ahead: [Ahead<6>; M],
 }
 
 impl<const M: usize> Imm<M> {
@@ -32,6 +34,7 @@ impl<const M: usize> Imm<M> {
             origin,
             belief: None,
             steps: [None; M],
+            ahead: [Ahead::default(); M],
         }
     }
 
@@ -104,6 +107,20 @@ impl<const M: usize> Filter for Imm<M> {
         }
         self.belief = Some((clock, modes));
         moments(&modes, |i| modes[i].probability).position_estimate(consistency)
+    }
+
+    /// The models exchange their beliefs before every horizon, as before a step.
+    fn forecast(&mut self, times_us: &[u64; HORIZONS_US.len()]) -> Result<Forecasts, FilterError> {
+        let (clock, mut modes) = self.belief.ok_or(FilterError::NotStarted)?;
+        let parts_s = parts_s(clock, times_us)?;
+        try_forecasts(|horizon| {
+            let part_s = parts_s[horizon];
+            modes = self.mixed(&modes, part_s);
+            for ((mode, model), ahead) in modes.iter_mut().zip(&self.models).zip(&mut self.ahead) {
+                mode.state = mode.state.predicted(ahead.step(horizon, model, part_s));
+            }
+            moments(&modes, |i| modes[i].probability).position_estimate(None)
+        })
     }
 }
 

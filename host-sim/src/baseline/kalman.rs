@@ -2,6 +2,7 @@
 
 use bnkf_model_export::radar::reading::Reading;
 
+use super::ahead::{Ahead, parts_s, try_forecasts};
 use super::clock::Clock;
 use super::correction::Correction;
 use super::discrete::Discrete;
@@ -9,7 +10,7 @@ use super::gaussian::Gaussian;
 use super::motion::{Motion, WhiteAcceleration};
 use super::origin::Origin;
 use super::sigma_points::Spread;
-use crate::filter::{Filter, FilterError, PositionEstimate, Start};
+use crate::filter::{Filter, FilterError, Forecasts, HORIZONS_US, PositionEstimate, Start};
 
 /// Process noise of the paper's EKF and UKF at every noise level, m^2/s^3.
 pub const PAPER_Q_M2_S3: f64 = 0.1;
@@ -22,6 +23,7 @@ pub struct Kalman<M, const N: usize> {
     origin: Origin,
     belief: Option<(Clock, Gaussian<N>)>,
     step: Option<Discrete<N>>,
+    ahead: Ahead<N>,
 }
 
 impl<M: Motion<N>, const N: usize> Kalman<M, N> {
@@ -33,6 +35,7 @@ impl<M: Motion<N>, const N: usize> Kalman<M, N> {
             origin,
             belief: None,
             step: None,
+            ahead: Ahead::default(),
         }
     }
 
@@ -83,6 +86,15 @@ impl<M: Motion<N>, const N: usize> Filter for Kalman<M, N> {
             .apply(state, &self.origin.observation(reading))?;
         *state = after;
         state.position_estimate(Some(innovation.nis))
+    }
+
+    fn forecast(&mut self, times_us: &[u64; HORIZONS_US.len()]) -> Result<Forecasts, FilterError> {
+        let (clock, mut state) = self.belief.ok_or(FilterError::NotStarted)?;
+        let parts_s = parts_s(clock, times_us)?;
+        try_forecasts(|horizon| {
+            state = state.predicted(self.ahead.step(horizon, &self.motion, parts_s[horizon]));
+            state.position_estimate(None)
+        })
     }
 }
 

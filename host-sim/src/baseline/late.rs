@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use bnkf::late::LATE_MAX_US;
 use bnkf_model_export::radar::reading::Reading;
 
-use crate::filter::{Filter, FilterError, PositionEstimate, Start};
+use crate::filter::{Filter, FilterError, Forecasts, HORIZONS_US, PositionEstimate, Start};
 
 /// `F` with the steps of the last half second, to run them again.
 #[derive(Clone, Debug)]
@@ -54,6 +54,10 @@ impl<F: Filter + Clone> Filter for Late<F> {
             reading: reading.copied(),
         });
         self.filter.step(time_us, reading)
+    }
+
+    fn forecast(&mut self, times_us: &[u64; HORIZONS_US.len()]) -> Result<Forecasts, FilterError> {
+        self.filter.forecast(times_us)
     }
 
     fn late(&mut self, reading: &Reading) -> Result<PositionEstimate, FilterError> {

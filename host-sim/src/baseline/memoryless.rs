@@ -7,11 +7,12 @@ use bnkf::measurement::Channel;
 use bnkf_model_export::radar::reading::Reading;
 use nalgebra::{Matrix3, Vector3};
 
+use super::ahead::try_forecasts;
 use super::clock::Clock;
 use super::gaussian::symmetric;
 use super::prior::PopulationPrior;
 use super::sensor::{Observation, cartesian, cartesian_jacobian};
-use crate::filter::{Filter, FilterError, PositionEstimate, Start};
+use crate::filter::{Filter, FilterError, Forecasts, HORIZONS_US, PositionEstimate, Start};
 
 /// How one reading becomes a position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -118,6 +119,25 @@ impl Memoryless {
     }
 }
 
+impl Memoryless {
+    /// The last answer `gap_s` later.
+    fn aged(&self, last: &PositionEstimate, gap_s: f64) -> PositionEstimate {
+        // The population's mean does not age.
+        if self.rule == Rule::PopulationMean {
+            return *last;
+        }
+        let (across, up) = (
+            self.prior.velocity_horizontal_sigma_mps * gap_s,
+            self.prior.velocity_vertical_sigma_mps * gap_s,
+        );
+        let way_m2 = Vector3::new(across, across, up).map(|way| way * way);
+        PositionEstimate {
+            covariance_m2: last.covariance_m2 + Matrix3::from_diagonal(&way_m2),
+            ..*last
+        }
+    }
+}
+
 impl Filter for Memoryless {
     fn start(&mut self, start: &Start<'_>) -> Result<PositionEstimate, FilterError> {
         let estimate = self.answer(start.reading)?;
@@ -138,19 +158,15 @@ impl Filter for Memoryless {
             self.last = Some((now, estimate));
             return Ok(estimate);
         }
-        let (across, up) = (
-            self.prior.velocity_horizontal_sigma_mps * gap_s,
-            self.prior.velocity_vertical_sigma_mps * gap_s,
-        );
-        // The population's mean does not age.
-        if self.rule == Rule::PopulationMean {
-            return Ok(last);
-        }
-        let way_m2 = Vector3::new(across, across, up).map(|way| way * way);
-        let covariance_m2 = last.covariance_m2 + Matrix3::from_diagonal(&way_m2);
-        Ok(PositionEstimate {
-            covariance_m2,
-            ..last
+        Ok(self.aged(&last, gap_s))
+    }
+
+    /// As in a gap.
+    fn forecast(&mut self, times_us: &[u64; HORIZONS_US.len()]) -> Result<Forecasts, FilterError> {
+        let (clock, last) = self.last.ok_or(FilterError::NotStarted)?;
+        try_forecasts(|horizon| {
+            let gap_s = clock.clone().advance_s(times_us[horizon])?;
+            Ok(self.aged(&last, gap_s))
         })
     }
 }

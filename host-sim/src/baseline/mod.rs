@@ -3,6 +3,7 @@
 //! State order: x, y, z, vx, vy, vz, ... [m, m/s, ...]; reading order: elevation, azimuth, range,
 //! range-rate [rad, rad, m, m/s]. Frame: x east, y north, z up, radar at the origin.
 
+pub mod ahead;
 pub mod bank;
 pub mod bound;
 pub mod candidate;

@@ -18,6 +18,7 @@ use bnkf_model_export::random_source::RandomSource;
 use bnkf_model_export::seed;
 use nalgebra::{SVector, Vector3};
 
+use super::ahead::{Ahead, parts_s, try_forecasts};
 use super::clock::Clock;
 use super::correction::{Correction, Innovation};
 use super::discrete::Discrete;
@@ -27,7 +28,7 @@ use super::motion::Motion;
 use super::prior::{Normal, PopulationPrior};
 use super::sensor::Observation;
 use super::singer::Singer;
-use crate::filter::{Filter, FilterError, Nis, PositionEstimate, Start};
+use crate::filter::{Filter, FilterError, Forecasts, HORIZONS_US, Nis, PositionEstimate, Start};
 
 /// Number of particles.
 pub const PARTICLES: usize = 40;
@@ -60,6 +61,7 @@ pub struct RaoBlackwell {
     innovations: Vec<Innovation>,
     resampled: Vec<Component<9>>,
     step: Option<Discrete<9>>,
+    ahead: Ahead<9>,
 }
 
 impl RaoBlackwell {
@@ -75,6 +77,7 @@ impl RaoBlackwell {
             innovations: Vec::with_capacity(PARTICLES),
             resampled: Vec::with_capacity(PARTICLES),
             step: None,
+            ahead: Ahead::default(),
         }
     }
 
@@ -210,6 +213,17 @@ impl Filter for RaoBlackwell {
             }
             None => self.estimate(None),
         }
+    }
+
+    /// The model is linear, so the particles' moments move as each of them would.
+    fn forecast(&mut self, times_us: &[u64; HORIZONS_US.len()]) -> Result<Forecasts, FilterError> {
+        let clock = self.clock.ok_or(FilterError::NotStarted)?;
+        let parts_s = parts_s(clock, times_us)?;
+        let mut state = moments(&self.particles, |i| self.particles[i].probability);
+        try_forecasts(|horizon| {
+            state = state.predicted(self.ahead.step(horizon, &self.motion, parts_s[horizon]));
+            state.position_estimate(None)
+        })
     }
 }
 

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::cell_summary::{CellSummary, Track};
 use super::comparison::{Comparison, comparisons};
+use super::forecast_summary::{self, FlightForecasts, ForecastComparison, ForecastSummary};
 use super::generalisation::VariedCell;
 use super::tuning_choice::{Candidate, chosen};
 use crate::campaign::steps_parquet::FlightTracks;
@@ -14,6 +15,7 @@ use crate::method::Method;
 use crate::scenario::radar::Condition;
 use crate::scoring::bootstrap::{FlightSum, mean};
 use crate::scoring::cell::Cell;
+use crate::scoring::forecast::ForecastCell;
 
 /// With fewer recordings than this, the bootstrap draws flights (segments) instead of recordings.
 const RECORDINGS_MIN: usize = 10;
@@ -27,6 +29,10 @@ pub struct Outcome {
     pub candidates: Vec<Candidate>,
     /// Every pair of methods under every condition.
     pub comparisons: Vec<Comparison>,
+    /// One per condition, method and horizon.
+    pub forecasts: Vec<ForecastSummary>,
+    /// Every pair of methods under every condition at every horizon.
+    pub forecast_comparisons: Vec<ForecastComparison>,
     /// Every method in every other world.
     pub variations: Vec<VariedCell>,
     /// The bound of every condition.
@@ -44,6 +50,12 @@ impl Outcome {
         own.filter(|cell| cell.condition.table == table)
             .map(Cell::from)
             .collect()
+    }
+
+    /// The forecasts of one noise table, without their intervals.
+    pub fn forecast_cells(&self, table: NoiseTable) -> Vec<ForecastCell> {
+        let own = self.forecasts.iter().map(|summary| summary.cell);
+        own.filter(|cell| cell.condition.table == table).collect()
     }
 }
 
@@ -119,6 +131,27 @@ impl Block<'_> {
             comparisons(self.condition, &tracks, self.seed),
             floor,
         )
+    }
+}
+
+impl Block<'_> {
+    /// The block's forecasts, and every pair of methods in them.
+    pub fn sum_up_forecasts(&self) -> (Vec<ForecastSummary>, Vec<ForecastComparison>) {
+        let forecasts = |index: usize| {
+            let of = self.flights.iter().zip(self.clusters);
+            of.map(|(of, cluster)| FlightForecasts {
+                forecasts: &of.tracks[index].forecasts,
+                cluster: *cluster,
+            })
+            .collect()
+        };
+        let methods: Vec<(Method, Vec<FlightForecasts<'_>>)> = self
+            .methods
+            .iter()
+            .enumerate()
+            .map(|(index, method)| (*method, forecasts(index)))
+            .collect();
+        forecast_summary::sum_up(self.condition, &methods, self.seed)
     }
 }
 

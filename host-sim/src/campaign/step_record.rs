@@ -9,6 +9,7 @@ use crate::contest::tuned_on::TunedOn;
 use crate::filter::{Fate, Nis};
 use crate::method::Method;
 use crate::scoring::cell::ScoredStep;
+use crate::scoring::forecast::ScoredForecast;
 use crate::scoring::phase::Phase;
 
 /// One scored step of one method.
@@ -47,6 +48,8 @@ pub struct MethodSteps {
     pub tuned_on: Option<TunedOn>,
     /// From the second sample on.
     pub steps: Vec<StepRecord>,
+    /// What it said, on its way, of the times ahead.
+    pub forecasts: Vec<ScoredForecast>,
 }
 
 impl MethodSteps {

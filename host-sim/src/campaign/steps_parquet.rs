@@ -237,6 +237,7 @@ mod tests {
             method,
             tuned_on: (method == Method::Imm5).then_some(TunedOn::Both),
             steps: steps.clone(),
+            forecasts: Vec::new(),
         };
         let tracks = vec![track(Method::Ekf), track(Method::Imm5)];
         let mut file = StepsFile::new().unwrap();

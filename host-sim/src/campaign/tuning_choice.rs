@@ -133,6 +133,7 @@ mod tests {
             method,
             tuned_on,
             steps: vec![step],
+            forecasts: Vec::new(),
         }
     }
 

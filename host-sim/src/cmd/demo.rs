@@ -13,7 +13,7 @@ use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 
 use super::progress;
 use crate::contest::default_models;
-use crate::contest::evaluation::Evaluation;
+use crate::contest::evaluation::{Cells, Evaluation};
 use crate::contest::example::Example;
 use crate::contest::flight_kind::first_of_each;
 use crate::contest::model::{Model, ModelError};
@@ -93,7 +93,10 @@ pub fn run(args: &Args) -> Result<(), DemoError> {
         seed: SEED,
     };
     let bar = progress::bar(evaluation.units(), "Evaluating");
-    let cells = evaluation.run(&|| bar.inc(1));
+    let Cells {
+        tracking: cells,
+        forecasts,
+    } = evaluation.run(&|| bar.inc(1));
     bar.finish_and_clear();
 
     let mut said = format!(
@@ -115,6 +118,7 @@ pub fn run(args: &Args) -> Result<(), DemoError> {
     let path = args.out.join("results.json");
     let results = Results {
         cells,
+        forecasts,
         provenance: provenance(&flights, &models),
     };
     results_json::write(&path, &results)?;

@@ -35,7 +35,7 @@ const ANSWER_TIME_PER_PASS: Duration = Duration::from_millis(200);
 /// Largest image, bytes: with all symbols it is a few megabytes.
 const IMAGE_BYTES_MAX: u64 = 1 << 28;
 
-/// Runs the microcontroller's image in QEMU over a flight and compares every estimate with the host's.
+/// Runs the microcontroller's image in QEMU over a flight and compares every estimate, forecast and likelihood with the host's.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
     /// Image to run instead of building one
@@ -166,6 +166,14 @@ pub enum ImageError {
         /// The first difference.
         first: Box<Difference>,
     },
+    /// Every estimate is the same, and not every forecast or likelihood.
+    #[error("{forecasts} forecasts and {likelihoods} likelihoods differ between image and host")]
+    AnswersDiffer {
+        /// Forecasts that differ.
+        forecasts: usize,
+        /// Likelihoods that differ.
+        likelihoods: usize,
+    },
 }
 
 impl From<SessionError> for ImageError {
@@ -284,6 +292,13 @@ fn verdict(comparison: &Comparison, image: u32, model: u32) -> Result<(), ImageE
             steps: comparison.steps,
             first: Box::new(first),
         }),
+        None if !comparison.all_identical() => {
+            let (forecasts, likelihoods) = (&comparison.forecasts, &comparison.likelihoods);
+            Err(ImageError::AnswersDiffer {
+                forecasts: forecasts.asked - forecasts.identical,
+                likelihoods: likelihoods.asked - likelihoods.identical,
+            })
+        }
         None if image != model => Err(ImageError::OtherBlob { image, model }),
         None => Ok(()),
     }
@@ -294,6 +309,7 @@ mod tests {
     use bnkf::protocol::RefusalCode;
 
     use super::*;
+    use crate::image::question::Questions;
 
     #[test]
     fn any_difference_is_a_failure() {
@@ -304,9 +320,17 @@ mod tests {
             first_difference: None,
             ticks_measured: vec![3, 1, 2],
             ticks_coasted: vec![],
+            forecasts: Questions::default(),
+            likelihoods: Questions::default(),
         };
         assert!(verdict(&comparison, 7, 7).is_ok());
         assert!(verdict(&comparison, 7, 8).is_err());
+        comparison.forecasts.asked = 2;
+        let error = verdict(&comparison, 7, 7).unwrap_err().to_string();
+        assert!(
+            error.starts_with("2 forecasts and 0 likelihoods"),
+            "{error}"
+        );
         comparison.identical = 149;
         comparison.first_difference = Some(Difference {
             step: 3,

@@ -16,6 +16,7 @@ use crate::baseline::memoryless::{Memoryless, Rule};
 use crate::baseline::rao_blackwell::RaoBlackwell;
 use crate::baseline::sigma_points::Spread;
 use crate::baseline::tuning::Tuning;
+use crate::contest::forecast::track_ahead;
 use crate::contest::model::Model;
 use crate::contest::track::{TrackStep, track};
 use crate::contest::tracker_filter::TrackerFilter;
@@ -23,6 +24,7 @@ use crate::contest::tunings::Tunings;
 use crate::filter::Filter;
 use crate::method::Method;
 use crate::scenario::radar::Condition;
+use crate::scoring::forecast::ScoredForecast;
 
 /// The methods under test with what they need.
 #[derive(Clone, Debug)]
@@ -170,6 +172,35 @@ impl<'a> Roster<'a> {
         condition: Condition,
         seed: u64,
     ) -> Vec<(Method, Vec<TrackStep>)> {
+        self.flight_filters(flight, condition, seed)
+            .into_iter()
+            .map(|(method, mut filter)| (method, track(filter.as_mut(), flight, readings)))
+            .collect()
+    }
+
+    /// The same with every method's forecasts on the way, which change no track.
+    pub fn tracks_ahead(
+        &self,
+        flight: &Flight,
+        readings: &[Option<Reading>],
+        condition: Condition,
+        seed: u64,
+    ) -> Vec<(Method, Vec<TrackStep>, Vec<ScoredForecast>)> {
+        self.flight_filters(flight, condition, seed)
+            .into_iter()
+            .map(|(method, mut filter)| {
+                let (steps, forecasts) = track_ahead(filter.as_mut(), flight, readings);
+                (method, steps, forecasts)
+            })
+            .collect()
+    }
+
+    fn flight_filters(
+        &self,
+        flight: &Flight,
+        condition: Condition,
+        seed: u64,
+    ) -> Vec<(Method, Box<dyn Filter + 'a>)> {
         let ids = [
             seed::name_id("tracker"),
             seed::name_id(&flight.name),
@@ -177,11 +208,7 @@ impl<'a> Roster<'a> {
             condition.noise as u64,
             condition.rate.get().to_bits(),
         ];
-        let filters = self.filters(condition, seed::derive(seed, &ids));
-        filters
-            .into_iter()
-            .map(|(method, mut filter)| (method, track(filter.as_mut(), flight, readings)))
-            .collect()
+        self.filters(condition, seed::derive(seed, &ids))
     }
 
     /// Fresh filters for `condition`, one per method; `seed` starts the random streams of those

@@ -46,6 +46,22 @@ pub fn track(
     flight: &Flight,
     readings: &[Option<Reading>],
 ) -> Vec<TrackStep> {
+    watched_track(filter, flight, readings, &mut |_, _, _| {})
+}
+
+/// Who looks at a filter after each step, whose sample's number and estimate that is scored it gets.
+pub type Watcher<'a> = &'a mut dyn FnMut(&mut dyn Filter, usize, &PositionEstimate);
+
+/// [`track`] with somebody who looks.
+///
+/// # Panics
+/// As [`track`].
+pub fn watched_track(
+    filter: &mut dyn Filter,
+    flight: &Flight,
+    readings: &[Option<Reading>],
+    watcher: Watcher<'_>,
+) -> Vec<TrackStep> {
     assert_eq!(
         readings.len(),
         flight.samples.len(),
@@ -79,7 +95,7 @@ pub fn track(
         .collect();
     late.sort_by_key(|reading| reading.time_us + reading.late_us);
     let mut late = late.into_iter().peekable();
-    for ((sample, motion), reading) in truth.zip(readings).skip(1) {
+    for (number, ((sample, motion), reading)) in truth.zip(readings).enumerate().skip(1) {
         let truth_m = sample.position_m.into();
         let now_us = time_us(flight, sample.time_s);
         while let Some(came) = late.next_if(|r| r.time_us + r.late_us <= now_us) {
@@ -100,11 +116,13 @@ pub fn track(
             in_gap: reading.is_none(),
             motion,
         });
+        watcher(filter, number, &held);
     }
     steps
 }
 
-fn score_or_hold(
+/// The score of an answer, or of what was `held` if there is no usable one: then it has diverged.
+pub(super) fn score_or_hold(
     answer: &Result<PositionEstimate, FilterError>,
     held: &PositionEstimate,
     truth_m: &Vector3<f64>,
@@ -166,7 +184,7 @@ mod tests {
     use nalgebra::{Matrix3, Vector3};
 
     use super::track;
-    use crate::filter::{Filter, FilterError, PositionEstimate, Start};
+    use crate::filter::{Filter, FilterError, Forecasts, HORIZONS_US, PositionEstimate, Start};
 
     /// Answers what it is told to, whatever it sees.
     struct Script {
@@ -181,6 +199,10 @@ mod tests {
 
         fn step(&mut self, _: u64, _: Option<&Reading>) -> Result<PositionEstimate, FilterError> {
             self.answers.remove(0)
+        }
+
+        fn forecast(&mut self, _: &[u64; HORIZONS_US.len()]) -> Result<Forecasts, FilterError> {
+            Err(FilterError::NotFinite)
         }
     }
 

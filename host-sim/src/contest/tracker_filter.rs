@@ -6,7 +6,9 @@ use bnkf::{StepError, Tracker, TrackerError};
 use bnkf_model_export::radar::reading::Reading;
 use bnkf_model_export::scoring::position::position;
 
-use crate::filter::{Fate, Filter, FilterError, Nis, PositionEstimate, Start};
+use crate::filter::{
+    Fate, Filter, FilterError, Forecasts, HORIZONS_US, Nis, PositionEstimate, Start,
+};
 
 /// A [`Tracker`] fed with readings rounded to what a sensor's frame carries, coasting in gaps.
 pub struct TrackerFilter<'a> {
@@ -77,6 +79,14 @@ impl Filter for TrackerFilter<'_> {
     fn late(&mut self, reading: &Reading) -> Result<PositionEstimate, FilterError> {
         let answer = self.tracker.step(&Measurement::from(reading));
         self.position_estimate(answer, Some(reading))
+    }
+
+    fn forecast(&mut self, times_us: &[u64; HORIZONS_US.len()]) -> Result<Forecasts, FilterError> {
+        let forecasts = self.tracker.forecasts(times_us);
+        let forecasts = forecasts.map_err(FilterError::Tracker)?;
+        let [near, middle, far] =
+            forecasts.map(|forecast| self.position_estimate(Ok(forecast), None));
+        Ok([near?, middle?, far?])
     }
 }
 

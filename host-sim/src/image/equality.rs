@@ -8,6 +8,7 @@ use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::radar::sampling::{RadarSettings, sample_radars, time_us};
 use bnkf_model_export::radar::sensors::Sensors;
 
+use crate::image::question::Questions;
 use crate::image::session::{ImageSession, SessionError};
 
 /// One step of a recorded sequence.
@@ -60,6 +61,10 @@ pub struct Comparison {
     pub ticks_measured: Vec<u32>,
     /// Cost of each estimate without one, counter ticks.
     pub ticks_coasted: Vec<u32>,
+    /// Forecasts after every step.
+    pub forecasts: Questions,
+    /// Likelihoods of every measurement, before its step.
+    pub likelihoods: Questions,
 }
 
 /// Smallest, middle and largest of some counts.
@@ -116,8 +121,14 @@ pub fn compare(
         first_difference: None,
         ticks_measured: Vec::new(),
         ticks_coasted: Vec::new(),
+        forecasts: Questions::default(),
+        likelihoods: Questions::default(),
     };
     for (index, step) in steps.iter().enumerate() {
+        if let Some(measurement) = &step.measurement {
+            let likelihoods = &mut comparison.likelihoods;
+            likelihoods.ask_likelihood(session, &mut tracker, measurement)?;
+        }
         let image = session.step(step.time_us, step.measurement.as_ref())?;
         let host = Call::new(step.time_us, step.measurement)
             .answer(&mut tracker)
@@ -144,14 +155,18 @@ pub fn compare(
                 host,
             });
         }
+        let forecasts = &mut comparison.forecasts;
+        forecasts.ask_forecast(session, &mut tracker, step.time_us)?;
     }
     Ok(comparison)
 }
 
 impl Comparison {
-    /// Whether every step agreed.
+    /// Whether every step and every answer agreed.
     pub fn all_identical(&self) -> bool {
         self.identical == self.steps
+            && self.forecasts.all_identical()
+            && self.likelihoods.all_identical()
     }
 }
 

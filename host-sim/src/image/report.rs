@@ -18,6 +18,16 @@ pub fn figures(
     if comparison.refused > 0 {
         text += &format!(" ({} of them refused alike)", comparison.refused);
     }
+    let questions = [
+        ("forecasts", &comparison.forecasts),
+        ("likelihoods", &comparison.likelihoods),
+    ];
+    for (what, questions) in questions {
+        text += &format!(
+            "\n{} of {} {what} identical",
+            questions.identical, questions.asked
+        );
+    }
     text += &format!(
         "\nflash         {} bytes, {} of them the blob\n\
          RAM           {} bytes: {} static, {} of stack at its deepest\n",
@@ -28,13 +38,18 @@ pub fn figures(
         grouped(budget.stack_bytes_max as usize),
     );
     let rows = [
-        (format!("with {passes} passes"), &comparison.ticks_measured),
-        ("in a gap".to_owned(), &comparison.ticks_coasted),
+        (
+            format!("estimate with {passes} passes"),
+            &comparison.ticks_measured,
+        ),
+        ("estimate in a gap".to_owned(), &comparison.ticks_coasted),
+        ("three forecasts".to_owned(), &comparison.forecasts.ticks),
+        ("likelihood".to_owned(), &comparison.likelihoods.ticks),
     ];
     for (what, ticks) in rows {
         if let Some(spread) = Spread::of(ticks) {
             text += &format!(
-                "instructions  per estimate {what}: min {}, median {}, max {}\n",
+                "instructions  per {what}: min {}, median {}, max {}\n",
                 grouped(spread.min as usize),
                 grouped(spread.median as usize),
                 grouped(spread.max as usize),
@@ -60,6 +75,7 @@ pub fn grouped(number: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::question::Questions;
 
     #[test]
     fn thousands_are_apart() {
@@ -83,6 +99,12 @@ mod tests {
             first_difference: None,
             ticks_measured: vec![2000, 1000],
             ticks_coasted: vec![],
+            forecasts: Questions {
+                asked: 4,
+                identical: 2,
+                ticks: vec![3000],
+            },
+            likelihoods: Questions::default(),
         };
         let ready = Ready {
             protocol_version: 1,
@@ -97,9 +119,12 @@ mod tests {
         };
         let expected = "\
             3 of 4 estimates identical (1 of them refused alike)\n\
+            2 of 4 forecasts identical\n\
+            0 of 0 likelihoods identical\n\
             flash         60,000 bytes, 1,740 of them the blob\n\
             RAM           5,500 bytes: 3,000 static, 2,500 of stack at its deepest\n\
-            instructions  per estimate with 8 passes: min 1,000, median 1,000, max 2,000\n";
+            instructions  per estimate with 8 passes: min 1,000, median 1,000, max 2,000\n\
+            instructions  per three forecasts: min 3,000, median 3,000, max 3,000\n";
         assert_eq!(figures(&comparison, &ready, &budget, 8), expected);
     }
 }

@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use bnkf::Measurement;
 use bnkf::protocol::{
-    self, BudgetFrame, EncodeError, EstimateFrame, FrameError, FrameReader, MeasurementFrame,
-    Ready, RefusalCode, Reply, Request, Reset,
+    self, BudgetFrame, EncodeError, EstimateFrame, ForecastFrame, FrameError, FrameReader,
+    HORIZONS, LikelihoodFrame, MeasurementFrame, Ready, RefusalCode, Reply, Request, Reset,
 };
 
 use crate::image::qemu::{Machine, QemuError};
@@ -107,6 +107,36 @@ impl ImageSession {
         };
         match self.ask(&request)? {
             Reply::Estimate(estimate) => Ok(Ok(estimate)),
+            Reply::Refused(code) => Ok(Err(code)),
+            other => Err(unexpected(other)),
+        }
+    }
+
+    /// Where the image says that the target will be, or its refusal.
+    ///
+    /// # Errors
+    /// [`SessionError`] when there was no answer to that.
+    pub fn forecast(
+        &mut self,
+        times_us: [u64; HORIZONS],
+    ) -> Result<Result<ForecastFrame, RefusalCode>, SessionError> {
+        match self.ask(&Request::Forecast { times_us })? {
+            Reply::Forecast(forecast) => Ok(Ok(forecast)),
+            Reply::Refused(code) => Ok(Err(code)),
+            other => Err(unexpected(other)),
+        }
+    }
+
+    /// How well the image says that a measurement fits its track, or its refusal.
+    ///
+    /// # Errors
+    /// [`SessionError`] when there was no answer to that.
+    pub fn likelihood(
+        &mut self,
+        measurement: &Measurement,
+    ) -> Result<Result<LikelihoodFrame, RefusalCode>, SessionError> {
+        match self.ask(&Request::Likelihood(MeasurementFrame::from(measurement)))? {
+            Reply::Likelihood(likelihood) => Ok(Ok(likelihood)),
             Reply::Refused(code) => Ok(Err(code)),
             other => Err(unexpected(other)),
         }

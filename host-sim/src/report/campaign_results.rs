@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use crate::campaign::cell_summary::CellSummary;
 use crate::campaign::comparison::Comparison;
+use crate::campaign::forecast_summary::{ForecastComparison, ForecastSummary};
 use crate::campaign::generalisation::VariedCell;
 use crate::campaign::outcome::{Cluster, Floor, Outcome};
 use crate::campaign::tuning_choice::Candidate;
@@ -21,6 +22,7 @@ use crate::scoring::binned::{Pooled, over_rates};
 use crate::scoring::bootstrap::RESAMPLES;
 use crate::scoring::cell::{Cell, CellMetrics};
 use crate::scoring::consistency::NOMINAL;
+use crate::scoring::paired::PairedDifference;
 
 /// What made the results.
 #[derive(Clone, Debug, Serialize)]
@@ -80,6 +82,8 @@ struct Document<'a> {
     /// Bins of true speed and acceleration, the sampling rates of a noise level together.
     pooled_bins: Vec<PooledBins>,
     comparisons: &'a [Comparison],
+    forecasts: &'a [ForecastSummary],
+    forecast_comparisons: &'a [ForecastComparison],
     /// Tuned methods with every set of parameters.
     tunings: &'a [Candidate],
     variations: &'a [VariedCell],
@@ -129,6 +133,8 @@ pub fn write(
         cells: &outcome.cells,
         pooled_bins: tables.iter().flat_map(pooled).collect(),
         comparisons: &outcome.comparisons,
+        forecasts: &outcome.forecasts,
+        forecast_comparisons: &outcome.forecast_comparisons,
         tunings: &outcome.candidates,
         variations: &outcome.variations,
         floors: &outcome.floors,
@@ -152,6 +158,11 @@ pub fn write(
         ),
         ("reliability.csv", reliability_csv(&outcome.cells)),
         ("comparisons.csv", comparisons_csv(&outcome.comparisons)),
+        ("forecasts.csv", forecasts_csv(&outcome.forecasts)),
+        (
+            "forecast_comparisons.csv",
+            forecast_comparisons_csv(&outcome.forecast_comparisons),
+        ),
         ("tunings.csv", tunings_csv(&outcome.candidates)),
         ("variations.csv", variations_csv(&outcome.variations)),
         ("bounds.csv", bounds_csv(&outcome.floors)),
@@ -297,14 +308,70 @@ fn comparisons_csv(comparisons: &[Comparison]) -> Vec<u8> {
         "flights",
     ];
     let row = |comparison: &Comparison| {
-        let ed_m = &comparison.ed_m;
         let mut row = place(&comparison.condition, comparison.a);
         row.push(comparison.b.to_string());
-        row.extend([ed_m.difference, ed_m.interval.low, ed_m.interval.high].map(number));
-        row.extend([ed_m.wins, ed_m.flights].map(|count| count.to_string()));
+        row.extend(difference(&comparison.ed_m));
         row
     };
     csv(&header, comparisons.iter().map(row))
+}
+
+fn forecasts_csv(forecasts: &[ForecastSummary]) -> Vec<u8> {
+    let own = [
+        "horizon_s",
+        "forecasts",
+        "ed_mean_m",
+        "ed_low_m",
+        "ed_high_m",
+        "nees_mean",
+        "coverage90",
+        "nll",
+        "diverged",
+    ];
+    let row = |summary: &ForecastSummary| {
+        let (cell, m) = (&summary.cell, &summary.cell.metrics);
+        let mut row = place(&cell.condition, cell.method);
+        row.push(number(cell.horizon_s));
+        row.push(m.forecasts.to_string());
+        let interval_m = &summary.ed_interval_m;
+        row.extend([m.ed_mean_m, interval_m.low, interval_m.high].map(number));
+        row.extend([m.nees_mean, m.coverage90, m.nll].map(number));
+        row.push(m.diverged.to_string());
+        row
+    };
+    csv(&[&PLACE[..], &own].concat(), forecasts.iter().map(row))
+}
+
+fn forecast_comparisons_csv(comparisons: &[ForecastComparison]) -> Vec<u8> {
+    let header = [
+        "noise_table",
+        "noise",
+        "rate",
+        "a",
+        "b",
+        "horizon_s",
+        "ed_difference_m",
+        "low_m",
+        "high_m",
+        "a_wins",
+        "flights",
+    ];
+    let row = |comparison: &ForecastComparison| {
+        let mut row = place(&comparison.condition, comparison.a);
+        row.push(comparison.b.to_string());
+        row.push(number(comparison.horizon_s));
+        row.extend(difference(&comparison.ed_m));
+        row
+    };
+    csv(&header, comparisons.iter().map(row))
+}
+
+/// Difference, interval, wins, flights.
+fn difference(ed_m: &PairedDifference) -> Vec<String> {
+    let numbers = [ed_m.difference, ed_m.interval.low, ed_m.interval.high];
+    let mut row = numbers.map(number).to_vec();
+    row.extend([ed_m.wins, ed_m.flights].map(|count| count.to_string()));
+    row
 }
 
 fn variations_csv(cells: &[VariedCell]) -> Vec<u8> {

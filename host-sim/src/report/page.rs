@@ -1,7 +1,7 @@
 //! The report's page: the template with its places filled.
 
 use super::figures::Figure;
-use super::{Material, by_motion, headline, space};
+use super::{Material, by_motion, forecasts, headline, space};
 use crate::campaign::cell_summary::CellSummary;
 use crate::campaign::outcome::{Cluster, Outcome};
 use crate::plot::svg::escaped;
@@ -73,6 +73,8 @@ pub(super) fn page(material: &Material<'_>, figures: &[Figure]) -> String {
         .map(|table| by_motion::html(&outcome.plain_cells(*table), *table))
         .collect();
     fill("by-motion", &by_motion);
+    let ahead = outcome.forecast_cells(radar.tables[0]);
+    fill("forecasts", &forecasts::html(&ahead));
     fill("consistency", &headline::consistency(&full_rate));
     let cluster = match outcome.cluster {
         Cluster::Recording => "recording",

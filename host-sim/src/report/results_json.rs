@@ -10,12 +10,15 @@ use serde::Serialize;
 
 use crate::contest::model::Model;
 use crate::scoring::cell::Cell;
+use crate::scoring::forecast::ForecastCell;
 
 /// Everything that a run reports.
 #[derive(Clone, Debug, Serialize)]
 pub struct Results {
     /// The table.
     pub cells: Vec<Cell>,
+    /// Forecasts of every cell.
+    pub forecasts: Vec<ForecastCell>,
     /// Where it came from.
     pub provenance: Provenance,
 }
@@ -133,6 +136,7 @@ mod tests {
         };
         Results {
             cells: vec![cell],
+            forecasts: Vec::new(),
             provenance,
         }
     }

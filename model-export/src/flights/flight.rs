@@ -1,6 +1,6 @@
 //! A flight: where a drone was, and how fast, at increasing instants.
 //!
-//! Frame: x east, y north, z up, metres, radar at the origin. Nothing here panics.
+//! Frame: x east, y north, z up, metres, radar at the origin. Nothing here panics, but for [`Flight::at`].
 
 use crate::flights::track_error::check_track;
 pub use crate::flights::track_error::{SAMPLES_MIN, SampleField, TrackError};
@@ -100,6 +100,37 @@ impl Flight {
                 acceleration_mps2: length(derivative(velocity, count, i)),
             })
             .collect()
+    }
+
+    /// Position and velocity at `time_s` by the cubic through both neighbours' positions and
+    /// velocities; held within the flight's ends.
+    ///
+    /// # Panics
+    /// If the flight has fewer than two samples, which no reader or generator makes.
+    pub fn at(&self, time_s: f64) -> Sample {
+        let samples = &self.samples;
+        let after = samples
+            .partition_point(|sample| sample.time_s <= time_s)
+            .clamp(1, samples.len() - 1);
+        let (a, b) = (&samples[after - 1], &samples[after]);
+        let dt = b.time_s - a.time_s;
+        let t = ((time_s - a.time_s) / dt).clamp(0.0, 1.0);
+        let (t2, t3) = (t * t, t * t * t);
+        let mut out = *a;
+        out.time_s = time_s;
+        for axis in 0..3 {
+            let (pa, pb) = (a.position_m[axis], b.position_m[axis]);
+            let (va, vb) = (dt * a.velocity_mps[axis], dt * b.velocity_mps[axis]);
+            out.position_m[axis] = (2.0 * t3 - 3.0 * t2 + 1.0) * pa
+                + (t3 - 2.0 * t2 + t) * va
+                + (3.0 * t2 - 2.0 * t3) * pb
+                + (t3 - t2) * vb;
+            out.velocity_mps[axis] = ((6.0 * t2 - 6.0 * t) * (pa - pb)
+                + (3.0 * t2 - 4.0 * t + 1.0) * va
+                + (3.0 * t2 - 2.0 * t) * vb)
+                / dt;
+        }
+        out
     }
 
     /// The same flight seen by a radar at `radar_m` instead of the origin (axes stay parallel).

@@ -127,7 +127,7 @@ impl Augmentation {
             .iter()
             .enumerate()
             .map(|(i, tick)| {
-                let mut sample = interpolate(flight, first_s + speed * interval_s * tick);
+                let mut sample = flight.at(first_s + speed * interval_s * tick);
                 sample.time_s = interval_s * i as f64;
                 sample.velocity_mps = sample.velocity_mps.map(|v| v * speed);
                 sample
@@ -228,34 +228,6 @@ fn place(half: [f64; 3], volume: &Volume, random: &mut RandomSource) -> [f64; 3]
     best
 }
 
-/// Position and velocity at `time_s` by the cubic through both neighbours' positions and
-/// velocities; held within the flight's ends.
-fn interpolate(flight: &Flight, time_s: f64) -> Sample {
-    let samples = &flight.samples;
-    let after = samples
-        .partition_point(|sample| sample.time_s <= time_s)
-        .clamp(1, samples.len() - 1);
-    let (a, b) = (&samples[after - 1], &samples[after]);
-    let dt = b.time_s - a.time_s;
-    let t = ((time_s - a.time_s) / dt).clamp(0.0, 1.0);
-    let (t2, t3) = (t * t, t * t * t);
-    let mut out = *a;
-    out.time_s = time_s;
-    for axis in 0..3 {
-        let (pa, pb) = (a.position_m[axis], b.position_m[axis]);
-        let (va, vb) = (dt * a.velocity_mps[axis], dt * b.velocity_mps[axis]);
-        out.position_m[axis] = (2.0 * t3 - 3.0 * t2 + 1.0) * pa
-            + (t3 - 2.0 * t2 + t) * va
-            + (3.0 * t2 - 2.0 * t3) * pb
-            + (t3 - t2) * vb;
-        out.velocity_mps[axis] = ((6.0 * t2 - 6.0 * t) * (pa - pb)
-            + (3.0 * t2 - 4.0 * t + 1.0) * va
-            + (3.0 * t2 - 2.0 * t) * vb)
-            / dt;
-    }
-    out
-}
-
 /// Velocities by central differences, as for a recorded flight.
 fn difference(samples: &mut [Sample]) {
     let positions: Vec<[f64; 3]> = samples.iter().map(|sample| sample.position_m).collect();
@@ -296,7 +268,7 @@ mod tests {
     fn interpolation_follows_the_circle() {
         for i in 0..100 {
             let time_s = 3.0 + 0.0137 * f64::from(i);
-            let sample = interpolate(&circle(), time_s);
+            let sample = circle().at(time_s);
             let (s, c) = (0.4 * time_s).sin_cos();
             assert!((sample.position_m[0] - 5.0 * c).abs() < 1e-6);
             assert!((sample.velocity_mps[1] - 2.0 * c).abs() < 1e-4, "{i}");

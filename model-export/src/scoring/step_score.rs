@@ -1,6 +1,7 @@
 //! What one estimate is worth beside the truth: distance, consistency, size of the covariance.
 
 use nalgebra::{Cholesky, Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// 90% quantile of chi-square for three degrees of freedom: a covariance is honest if 90% of the
 /// squared Mahalanobis distances lie below it.
@@ -11,7 +12,7 @@ pub const QUANTILE_90_DOF_3: f64 = 6.251_388_631_170_325;
 pub const SURPRISE_MAX_NATS: f64 = 60.0;
 
 /// Scores of one estimate.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StepScore {
     /// Euclidean distance to the truth (ED), metres.
     pub error_m: f64,

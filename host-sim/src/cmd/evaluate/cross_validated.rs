@@ -23,7 +23,7 @@ use crate::method::Method;
 use crate::output_folder;
 use crate::report::campaign_results::{self, CampaignProvenance};
 use crate::report::results_json::ModelProvenance;
-use crate::report::{self, Material, by_motion, table};
+use crate::report::{self, Material, by_motion, forecasts, table};
 use crate::scenario::Scenario;
 
 /// Folds, unless --folds says otherwise.
@@ -98,8 +98,9 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
     for noise_table in &campaign.scenario.radar.tables {
         let cells = outcome.plain_cells(*noise_table);
         said += &format!(
-            "angle figures as {noise_table}\n\n{}\n{}\n",
+            "angle figures as {noise_table}\n\n{}\n{}\n{}\n",
             table::render(&cells),
+            forecasts::text(&outcome.forecast_cells(*noise_table)),
             by_motion::text(&cells)
         );
     }

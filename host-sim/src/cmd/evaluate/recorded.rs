@@ -16,7 +16,7 @@ use crate::contest::model::Model;
 use crate::contest::roster::{Roster, Supplies};
 use crate::method::Method;
 use crate::report::results_json::{self, ModelProvenance, Provenance, Results};
-use crate::report::{by_motion, table};
+use crate::report::{by_motion, forecasts, table};
 use crate::scenario::radar::Radar;
 
 /// Writes the JSON file, if one was asked for, and prints the table.
@@ -33,7 +33,8 @@ pub fn run(args: &Args, flights: &Path) -> Result<(), EvaluateError> {
         table::render(&results.cells),
         by_motion::text(&results.cells),
     );
-    std::io::stdout().write_all(format!("{table}\n{motion}").as_bytes())?;
+    let ahead = forecasts::text(&results.forecasts);
+    std::io::stdout().write_all(format!("{table}\n{ahead}\n{motion}").as_bytes())?;
     Ok(())
 }
 
@@ -97,5 +98,9 @@ fn evaluate(args: &Args, flights: &Path) -> Result<Results, EvaluateError> {
         passes: args.passes,
         models: models.iter().map(ModelProvenance::from).collect(),
     };
-    Ok(Results { cells, provenance })
+    Ok(Results {
+        cells: cells.tracking,
+        forecasts: cells.forecasts,
+        provenance,
+    })
 }
