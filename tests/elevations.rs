@@ -13,7 +13,7 @@ use bnkf_host_sim::scenario::radar::{Condition, Radar};
 use bnkf_host_sim::scoring::cell::CellMetrics;
 use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::flights::generator::{GeneratorSettings, generate};
-use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
+use bnkf_model_export::radar::noise::NoiseTable;
 
 use tolerance::{ELEVATION_ED_RATIO, ELEVATION_NEES_MAX};
 
@@ -83,12 +83,9 @@ fn targets_from_straight_below_to_straight_above_are_tracked() {
                 paper.ed_mean_m,
             );
             println!("{line}");
-            let ratio_max = match condition.noise {
-                NoiseLevel::Low => ELEVATION_ED_RATIO[0],
-                NoiseLevel::Medium => ELEVATION_ED_RATIO[1],
-                NoiseLevel::High => ELEVATION_ED_RATIO[2],
-            };
-            if ratio > ratio_max || ours.nees_mean > ELEVATION_NEES_MAX || ours.diverged > 0 {
+            let level = condition.noise as usize;
+            let (ratio_max, nees_max) = (ELEVATION_ED_RATIO[level], ELEVATION_NEES_MAX[level]);
+            if ratio > ratio_max || ours.nees_mean > nees_max || ours.diverged > 0 {
                 failures.push(line);
             }
         }

@@ -94,6 +94,7 @@ pub const BOUND_ED_RATIO: std::ops::Range<f64> = 0.8..1.1;
 /// Targets that start anywhere: mean distance over that of the paper's EKF, which starts from the truth, at
 /// low, medium and high noise. At low noise the reading alone decides; elsewhere the paper's filter,
 /// tuned for nothing, must be beaten.
-pub const ELEVATION_ED_RATIO: [f64; 3] = [1.3, 1.0, 1.0];
-/// Their NEES at most; 3 is honest, and the model was trained for elevations of -10 to 70 degrees.
-pub const ELEVATION_NEES_MAX: f64 = 6.0;
+pub const ELEVATION_ED_RATIO: [f64; 3] = [1.1, 0.5, 0.3];
+/// Their NEES at most, at low, medium and high noise; 3 is honest. At high noise the population counts for
+/// much, and these are not where it is: three of 21 cells of 24 flights lie above 4.
+pub const ELEVATION_NEES_MAX: [f64; 3] = [3.5, 4.0, 6.0];

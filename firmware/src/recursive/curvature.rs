@@ -1,8 +1,10 @@
 //! Variances that the curvature of the measurement function adds to its noise.
 //!
 //! Half the trace of `(Hessian P)^2` per component: the second-order filter's term (Bar-Shalom, Li
-//! and Kirubarajan 2001, section 10.3.2). The range-rate's Hessian by position alone is left out:
-//! it is smaller by the ratio of the speed to the range.
+//! and Kirubarajan 2001, section 10.3.2). Two small parts are left out: the range-rate's Hessian by
+//! position alone, smaller by the ratio of the speed to the range, and of the elevation the product of
+//! swaying to the side with what is along and upward, `2 tan(el) (along' P lateral) (upward' P lateral)
+//! / range^4`, a few per cent of the term.
 
 use super::state::{Covariance, State};
 use crate::radar::HORIZONTAL_FLOOR_M2;
