@@ -1,4 +1,4 @@
-//! The keys of a scenario file and their limits.
+//! The limits of a scenario file's keys, and what they amount to.
 
 use std::ops::{Range, RangeInclusive};
 
@@ -13,12 +13,13 @@ use bnkf_model_export::radar::errors::Errors;
 use bnkf_model_export::radar::gaps::SamplingRate;
 use bnkf_model_export::radar::noise::{NoiseSigmas, NoiseTable};
 use bnkf_model_export::radar::sensors::Sensors;
-use serde::Deserialize;
 use toml::Spanned;
 
+use super::radar::{Lateness, Radar};
+use super::toml_keys::{
+    Circle, File, Flights, Kinship, Late, Missing, Sigmas, Site, Variation, VolumeTable,
+};
 use super::{Scenario, ScenarioError, WHOLE};
-use crate::scenario::kind::Kind;
-use crate::scenario::radar::{Lateness, Pattern, Radar};
 
 /// Most flights.
 const COUNT_MAX: f64 = 100_000.0;
@@ -31,153 +32,6 @@ const RATE_MIN: f64 = 0.001;
 const RATES_MAX: usize = 10;
 /// Most radars that measure by turns.
 const SITES_MAX: usize = 10;
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    name: Spanned<String>,
-    summary: Spanned<String>,
-    flights: Flights,
-    volume: VolumeTable,
-    radar: RadarTable,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct VolumeTable {
-    range_m_min: Spanned<f64>,
-    range_m_max: Spanned<f64>,
-    range_m_mean: Spanned<f64>,
-    range_m_sd: Spanned<f64>,
-    height_m_min: Spanned<f64>,
-    height_m_max: Spanned<f64>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Flights {
-    #[serde(default)]
-    kind: Kind,
-    count: Spanned<f64>,
-    quick_count: Spanned<f64>,
-    duration_s: Spanned<f64>,
-    rate_hz: Spanned<f64>,
-    speed_scale: Spanned<f64>,
-    size_scale: Spanned<f64>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RadarTable {
-    noise_tables: Spanned<Vec<NoiseTable>>,
-    rates: Spanned<Vec<Spanned<f64>>>,
-    pattern: Pattern,
-    detection_probability: Spanned<f64>,
-    false_alarm_probability: Spanned<f64>,
-    errors: Option<Spanned<Errors>>,
-    missing: Option<Spanned<Vec<Missing>>>,
-    #[serde(default)]
-    site: Vec<Site>,
-    circle: Option<Circle>,
-    late: Option<Late>,
-    low: Sigmas,
-    medium: Sigmas,
-    high: Sigmas,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Sigmas {
-    range_m: Spanned<f64>,
-    elevation: Spanned<f64>,
-    azimuth: Spanned<f64>,
-    range_rate_mps: Spanned<f64>,
-}
-
-/// A scenario that is like a built-in one but for what it names.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Variation {
-    name: Spanned<String>,
-    summary: Spanned<String>,
-    like: Spanned<String>,
-    #[serde(default)]
-    flights: FlightsVariation,
-    #[serde(default)]
-    radar: RadarVariation,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FlightsVariation {
-    kind: Option<Kind>,
-    speed_scale: Option<Spanned<f64>>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RadarVariation {
-    noise_tables: Option<Spanned<Vec<NoiseTable>>>,
-    errors: Option<Spanned<Errors>>,
-    missing: Option<Spanned<Vec<Missing>>>,
-    #[serde(default)]
-    site: Vec<Site>,
-    circle: Option<Circle>,
-    late: Option<Late>,
-}
-
-/// Tells a [`Variation`] from a whole scenario.
-#[derive(Deserialize)]
-struct Kinship {
-    like: Option<String>,
-}
-
-/// A channel by the name of its sigma.
-#[derive(Clone, Copy, PartialEq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum Missing {
-    Elevation,
-    Azimuth,
-    Range,
-    RangeRate,
-}
-
-impl From<Missing> for Channel {
-    fn from(missing: Missing) -> Self {
-        match missing {
-            Missing::Elevation => Self::Elevation,
-            Missing::Azimuth => Self::Azimuth,
-            Missing::Range => Self::Range,
-            Missing::RangeRate => Self::RangeRate,
-        }
-    }
-}
-
-/// One of several radars that measure by turns.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Site {
-    east_m: Spanned<f64>,
-    north_m: Spanned<f64>,
-    up_m: Spanned<f64>,
-    missing: Option<Spanned<Vec<Missing>>>,
-}
-
-/// The circle that a radar drives on.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Circle {
-    radius_m: Spanned<f64>,
-    speed_mps: Spanned<f64>,
-}
-
-/// Readings that come late.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Late {
-    share: Spanned<f64>,
-    by_s: Spanned<f64>,
-}
 
 /// Where an error belongs.
 struct Place<'a> {
