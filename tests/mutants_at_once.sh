@@ -28,8 +28,10 @@ while :; do
         --package bnkf --lib --no-run >"$out/build.log" 2>&1; then
         break
     fi
-    refused=$(grep -A 5 '^error' "$out/build.log" | grep -oE '\| .*mutant :: on \([0-9]+usize' |
-        grep -oE '[0-9]+usize' | tr -d usize | sort -un) || true
+    # Every change stands in a line of its own; the compiler may quote less of it than its number.
+    refused=$(grep -A 1 '^error' "$out/build.log" | grep -oE '[^ ]+\.rs:[0-9]+' |
+        while IFS=: read -r file line; do sed -n "${line}p" "$out/tree/$file"; done |
+        grep -oE 'mutant :: on \([0-9]+usize' | grep -oE '[0-9]+' | sort -un) || true
     if [ -z "$refused" ]; then
         echo "mutants: the copy does not build: $out/build.log" >&2
         exit 1
