@@ -1,9 +1,9 @@
 //! Measurements that come late: the same bits as in order, at a bounded cost.
 
 use bnkf::blob::Blob;
+use bnkf::call::Call;
 use bnkf::late::{CALLS_MAX, LATE_MAX_US};
 use bnkf::{LateTracker, Measurement, Sensor, Settings, StepError, Tracker};
-use bnkf_model_export::call::Call;
 use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::flights::generator::{GeneratorSettings, generate};
 use bnkf_model_export::radar::gaps::SamplingRate;

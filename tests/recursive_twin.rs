@@ -6,13 +6,13 @@ mod tolerance;
 mod untrained;
 
 use bnkf::blob::Blob;
+use bnkf::call::Call;
 use bnkf::measurement::Vectors;
 use bnkf::network::Network;
 use bnkf::recursive::parameters::Parameters;
 use bnkf::recursive::population::Population;
 use bnkf::recursive::schedule::OUTPUTS;
 use bnkf::{Estimate, Measurement, Mode, Settings, Tracker};
-use bnkf_model_export::call::Call;
 use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::flights::generator::{GeneratorSettings, generate};
 use bnkf_model_export::radar::gaps::SamplingRate;

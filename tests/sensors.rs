@@ -2,8 +2,8 @@
 //! second radar helps, and one on a vehicle is as good as one that stands.
 
 use bnkf::blob::Blob;
+use bnkf::call::Call;
 use bnkf::{Estimate, Measurement, Mode, Sensed, Sensor, Settings, StepError, Tracker};
-use bnkf_model_export::call::Call;
 use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::flights::generator::{GeneratorSettings, generate};
 use bnkf_model_export::radar::gaps::SamplingRate;

@@ -8,6 +8,7 @@
 
 use heapless::Vec;
 
+use crate::call::Call;
 use crate::clock::AHEAD_MAX_US;
 use crate::estimate::Estimate;
 use crate::likelihood::Likelihood;
@@ -20,29 +21,6 @@ pub const LATE_MAX_US: u64 = 500_000;
 /// Calls that are kept at most: up to 40 a second every measurement is taken that is not later than
 /// [`LATE_MAX_US`]; with more the oldest are let go sooner.
 pub const CALLS_MAX: usize = 40;
-
-/// What was asked at one time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Call {
-    Step(Measurement),
-    Coast(u64),
-}
-
-impl Call {
-    fn time_us(&self) -> u64 {
-        match self {
-            Self::Step(measurement) => measurement.time_us,
-            Self::Coast(time_us) => *time_us,
-        }
-    }
-
-    fn answer(&self, tracker: &mut Tracker<'_>) -> Result<Estimate, StepError> {
-        match self {
-            Self::Step(measurement) => tracker.step(measurement),
-            Self::Coast(time_us) => tracker.coast(*time_us),
-        }
-    }
-}
 
 /// A [`Tracker`] and what it needs to be asked again.
 ///

@@ -36,6 +36,7 @@
 extern crate std;
 
 pub mod blob;
+pub mod call;
 pub mod cholesky;
 pub mod clock;
 pub mod ekf;
@@ -59,6 +60,7 @@ mod settings;
 mod step_error;
 mod tracker;
 
+pub use call::Call;
 pub use clock::WrappingClock;
 pub use estimate::{Doubt, Estimate, Mode, Motion};
 pub use late::LateTracker;

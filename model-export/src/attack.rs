@@ -4,11 +4,12 @@
 //! A script of calls is run from a fresh track; a part of it is then changed, and the change kept if
 //! the worst covariance of the run came nearer to being singular.
 
-use crate::call::Call;
 use crate::random_source::RandomSource;
 use crate::seed::name_id;
 use crate::soundness::{is_definite, is_finite, is_lost, is_true};
 use bnkf::blob::Blob;
+use bnkf::call::Call;
+use bnkf::clock::AHEAD_MAX_US;
 use bnkf::estimate::{Estimate, Mode};
 use bnkf::{Measurement, Sensed, Sensor, Settings, Tracker, TrackerError};
 use rayon::prelude::*;
@@ -75,6 +76,8 @@ struct Move {
     after_us: u64,
     back: bool,
     coast: bool,
+    /// Whether forecasts and a likelihood are asked for as well.
+    asks: bool,
     measured: [Option<Sensed>; 4],
     sensor: Sensor,
 }
@@ -174,8 +177,43 @@ fn run(tracker: &mut Tracker<'_>, script: &[Move]) -> Found {
         found.restarted += u64::from(estimate.mode == Mode::Restarted);
         found.worst_pivot = found.worst_pivot.min(smallest_pivot(&estimate));
         before = Some(estimate);
+        if step.asks {
+            ask(tracker, &call, step, &mut found);
+        }
     }
     found
+}
+
+/// Asks where the target will be and how well the last measurement fits: nothing false may come of that
+/// either.
+fn ask(tracker: &mut Tracker<'_>, call: &Call, step: &Move, found: &mut Found) {
+    let ahead_us = step.after_us % (AHEAD_MAX_US / 2);
+    let times_us = [0, ahead_us, 2 * ahead_us].map(|us| call.time_us().saturating_add(us));
+    found.calls += 1;
+    match tracker.forecasts(&times_us) {
+        Ok(forecasts) => {
+            for (forecast, time_us) in forecasts.iter().zip(times_us) {
+                let is_then = forecast.mode == Mode::Coasting && forecast.time_us == time_us;
+                found.estimates += 1;
+                found.not_finite += u64::from(!is_finite(forecast));
+                found.not_definite += u64::from(!is_definite(forecast));
+                found.untrue += u64::from(!is_then);
+            }
+        }
+        Err(_) => found.refused += 1,
+    }
+    if let Call::Step(measurement) = call {
+        found.calls += 1;
+        match tracker.likelihood(measurement) {
+            Ok(told) => {
+                let innovation = told.innovation.iter().flatten();
+                let numbers = innovation.chain([&told.nis, &told.ln_likelihood]);
+                found.not_finite += u64::from(!numbers.into_iter().all(|x| x.is_finite()));
+                found.untrue += u64::from(told.nis < 0.0 || told.degrees > 4);
+            }
+            Err(_) => found.refused += 1,
+        }
+    }
 }
 
 /// Smallest pivot of the largest covariance there is, its variances scaled to one.
@@ -219,6 +257,7 @@ fn draw(random: &mut RandomSource, wildness: f64) -> Move {
         after_us,
         back: random.chance(0.02),
         coast: random.chance(0.25),
+        asks: random.chance(0.05),
         measured: core::array::from_fn(|channel| {
             (!random.chance(0.1)).then(|| sensed(random, channel, wildness))
         }),

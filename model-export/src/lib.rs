@@ -5,7 +5,6 @@ pub mod attack;
 pub mod autodiff;
 pub mod blob;
 pub mod brief_number;
-pub mod call;
 pub mod cmd;
 pub mod command_line;
 pub mod flights;

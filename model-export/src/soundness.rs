@@ -1,7 +1,7 @@
 //! What must be true of every estimate that leaves the firmware's tracker.
 
-use crate::call::Call;
 use bnkf::StepError;
+use bnkf::call::Call;
 use bnkf::estimate::{Doubt, Estimate, Mode, Motion};
 use nalgebra::{Matrix3, SMatrix};
 

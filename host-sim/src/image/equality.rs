@@ -1,9 +1,9 @@
 //! Compares the image's estimates with those of the same tracker on the host, bit for bit.
 
 use bnkf::blob::Blob;
+use bnkf::call::Call;
 use bnkf::protocol::{EstimateFrame, RefusalCode};
 use bnkf::{Measurement, Settings, Tracker, TrackerError};
-use bnkf_model_export::call::Call;
 use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::radar::sampling::{RadarSettings, sample_radars, time_us};
 use bnkf_model_export::radar::sensors::Sensors;

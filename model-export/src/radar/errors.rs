@@ -6,7 +6,8 @@ use crate::random_source::RandomSource;
 use serde::{Deserialize, Serialize};
 
 /// How errors are distributed. The standard deviations that a reading states are those of its
-/// errors, but for [`Errors::Glint`] and [`Errors::Outliers`], which no sensor owns up to.
+/// errors, but for [`Errors::Glint`] and [`Errors::Outliers`], which no
+/// sensor owns up to, and [`Errors::Quantised`], whose bins add a twelfth to the variance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", tag = "kind")]
 pub enum Errors {

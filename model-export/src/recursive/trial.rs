@@ -2,7 +2,6 @@
 
 use super::encounter::Encounter;
 use super::score::Score;
-use crate::call::Call;
 use crate::flights::flight::{Flight, Sample};
 use crate::radar::reading::Reading;
 use crate::radar::sampling::time_us;
@@ -10,6 +9,7 @@ use crate::scoring::means::Sums;
 use crate::scoring::position::position;
 use crate::scoring::step_score::StepScore;
 use bnkf::blob::Blob;
+use bnkf::call::Call;
 use bnkf::recursive::population::Population;
 use bnkf::{Correction, Estimate, Measurement, Mode, Settings, StepError, Tracker, TrackerError};
 use rayon::prelude::*;

@@ -6,9 +6,9 @@
 //! bit 4 of the channels' byte is set.
 
 use bnkf::blob::{Blob, checksum, field};
+use bnkf::call::Call;
 use bnkf::estimate::Estimate;
 use bnkf::{Measurement, Sensed, Sensor, Settings, Tracker};
-use bnkf_model_export::call::Call;
 use bnkf_model_export::soundness::{is_definite, is_finite, is_lost, is_true};
 
 const BLOBS: [&[u8]; 4] = [

@@ -1,9 +1,12 @@
 //! What a tracker is asked at one time.
 
-use bnkf::{Estimate, Measurement, StepError, Tracker};
+use crate::estimate::Estimate;
+use crate::measurement::Measurement;
+use crate::step_error::StepError;
+use crate::tracker::Tracker;
 
-/// One call of a tracker.
-#[derive(Clone, Copy, Debug)]
+/// One call of a tracker that moves it on.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Call {
     /// A step with this measurement.
     Step(Measurement),
@@ -15,6 +18,14 @@ impl Call {
     /// The call for a time, microseconds: a step with its measurement or, in a gap, a coast.
     pub fn new(time_us: u64, measurement: Option<Measurement>) -> Self {
         measurement.map_or(Self::Coast(time_us), Self::Step)
+    }
+
+    /// Its time, microseconds.
+    pub fn time_us(&self) -> u64 {
+        match self {
+            Self::Step(measurement) => measurement.time_us,
+            Self::Coast(time_us) => *time_us,
+        }
     }
 
     /// The tracker's answer.
