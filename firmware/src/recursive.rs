@@ -12,6 +12,7 @@ pub mod densities;
 pub mod envelope;
 pub mod factor;
 pub mod features;
+pub mod foresight;
 pub mod hypotheses;
 pub mod interval;
 pub mod memory;

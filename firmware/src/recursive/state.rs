@@ -5,6 +5,11 @@ pub type State<S> = [S; 9];
 /// Covariance of a [`State`], symmetric.
 pub type Covariance<S> = [[S; 9]; 9];
 
+/// Sum of the position's variances, m^2.
+pub fn position_variance(covariance: &Covariance<f32>) -> f32 {
+    (0..3).map(|i| covariance[i][i]).sum()
+}
+
 #[cfg(test)]
 #[allow(missing_docs)]
 pub mod tests {

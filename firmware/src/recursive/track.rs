@@ -2,6 +2,7 @@
 
 use super::correction::correct;
 use super::factor::Factor;
+use super::foresight::Foresight;
 use super::hypotheses::{HYPOTHESES, Hypotheses};
 use super::interval::Interval;
 use super::memory::Memory;
@@ -11,7 +12,7 @@ use super::population::{Base, Population};
 use super::schedule::Schedule;
 use super::sight::LineOfSight;
 use super::start::{at_rest, start};
-use super::state::{Covariance, State};
+use super::state::{Covariance, State, position_variance};
 use crate::cholesky::make_definite;
 use crate::clock::seconds_between;
 use crate::ekf::Corrected;
@@ -43,6 +44,8 @@ pub struct Track {
     pub memory: Memory<f32>,
     /// Measurements that it was corrected with, the first one included.
     pub used: u16,
+    /// How well its forecasts came true.
+    pub foresight: Foresight,
 }
 
 impl Track {
@@ -76,6 +79,7 @@ impl Track {
                 [state[3], state[4], state[5]],
             ),
             used: 1,
+            foresight: Foresight::START,
         };
         if track.settle() {
             Ok(track)
@@ -91,7 +95,7 @@ impl Track {
 
     /// Sum of the position's variances, m^2.
     pub fn position_variance(&self) -> f32 {
-        (0..3).map(|i| self.covariance[i][i]).sum()
+        position_variance(&self.covariance)
     }
 
     /// Whether another track's position is further away than `deviations` of both.
@@ -106,9 +110,11 @@ impl Track {
 
     /// Counts the position from this sensor, m.
     pub fn seen_from(&mut self, sensor_m: [f32; 3]) {
-        for axis in 0..3 {
-            self.state[axis] -= sensor_m[axis] - self.sensor_m[axis];
+        let shift_m = core::array::from_fn(|axis| sensor_m[axis] - self.sensor_m[axis]);
+        for (position, shift) in self.state.iter_mut().zip(shift_m) {
+            *position -= shift;
         }
+        self.foresight.shift(shift_m);
         self.sensor_m = sensor_m;
     }
 

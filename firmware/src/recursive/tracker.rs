@@ -5,6 +5,7 @@ use super::correction::GATE_NIS;
 use super::envelope::Envelope;
 use super::factor::Factor;
 use super::features::{FEATURE_LIMIT, FEATURES, features};
+use super::foresight::AHEAD_S;
 use super::hypotheses::{OFTEN_WRONG, OUTLIER};
 use super::interval::Interval;
 use super::memory::NOTES;
@@ -76,6 +77,7 @@ struct Step {
 }
 
 /// What a track moves by.
+#[derive(Clone, Copy)]
 struct Answer {
     schedule: Schedule<f32>,
     /// What the network says of the state; none where it was not asked.
@@ -201,6 +203,9 @@ impl<'a> Recursive<'a> {
                 if !track.settle() {
                     return self.start(measurement, Mode::Restarted);
                 }
+                track
+                    .foresight
+                    .compare(track.time_us, &track.state, &track.covariance);
                 step.remember(&mut track, true);
                 self.track = Some(track);
                 return self.used(measurement, &mixture);
@@ -276,13 +281,17 @@ impl<'a> Recursive<'a> {
         let rng = self.rng.clone();
         let answer = self.ask(&track, &track.sight(), FORECAST_ASKED_S);
         self.rng = rng;
-        let mut answer = answer?;
+        Ok(self.unmeasured(&track, answer?))
+    }
+
+    /// An answer for a track of which nothing more is measured.
+    fn unmeasured(&self, track: &Track, mut answer: Answer) -> Answer {
         let hypotheses = &self.parameters.hypotheses;
         let odds = hypotheses.odds(&track.memory.counts);
         // As in a gap, but at once: noise adds up, and nothing is counted on the way.
         let nominal = answer.schedule.noise;
         answer.schedule.noise = nominal.plus(&hypotheses.expected(&odds, &nominal));
-        Ok(answer)
+        answer
     }
 
     /// The estimates of a copy of the track that moves by an answer.
@@ -293,6 +302,7 @@ impl<'a> Recursive<'a> {
     ) -> Result<[Estimate; N], StepError> {
         let mut ahead = self.track.ok_or(StepError::NotStarted)?;
         let start_us = ahead.time_us;
+        let before_m2 = ahead.position_variance();
         let mut forecasts = [self.estimate_of(&ahead, 0.0, Mode::Coasting, Doubt::NONE); N];
         let (mut from_s, mut to_s) = (0.0, FORECAST_FIRST_S);
         for (forecast, &time_us) in forecasts.iter_mut().zip(times_us) {
@@ -304,6 +314,7 @@ impl<'a> Recursive<'a> {
             let mut there = ahead;
             there.time_us = time_us;
             self.advance(&mut there, answer, time_s - from_s);
+            there.foresight.widen(&mut there.covariance, before_m2);
             if !there.settle() {
                 return Err(StepError::Lost);
             }
@@ -323,12 +334,25 @@ impl<'a> Recursive<'a> {
         }
     }
 
+    /// Writes down where a track that is at `time_us` is expected a little later.
+    // Its copy of the track must not weigh on the stack of every step.
+    #[inline(never)]
+    fn foresee(&self, track: &mut Track, time_us: u64, answer: &Answer) {
+        let mut ahead = *track;
+        self.advance(&mut ahead, &self.unmeasured(track, *answer), AHEAD_S);
+        let due_us = time_us.saturating_add((AHEAD_S * 1e6) as u64);
+        track
+            .foresight
+            .expect(due_us, &ahead.state, &ahead.covariance);
+    }
+
     /// What the track, which stays as it is, says of a measurement whose values were checked and that
     /// does not lie before it.
     #[inline(never)]
     pub fn likelihood(&mut self, measurement: &Measurement) -> Result<Likelihood, StepError> {
         let mut track = self.track.ok_or(StepError::NotStarted)?;
         track.seen_from(measurement.sensor.position_m);
+        track.foresight.close();
         let rng = self.rng.clone();
         let step = self.predict(&mut track, measurement.time_us);
         self.rng = rng;
@@ -414,6 +438,7 @@ impl<'a> Recursive<'a> {
     /// to be remembered of the last part of the way.
     fn predict(&mut self, track: &mut Track, time_us: u64) -> Result<Step, StepError> {
         let dt_s = seconds_between(track.time_us, time_us);
+        let start_us = track.time_us;
         track.time_us = time_us;
         let mut parts = 1_u16;
         while dt_s > INTERVAL_MAX_S * f32::from(parts) {
@@ -443,6 +468,9 @@ impl<'a> Recursive<'a> {
             }
             let sight = track.sight();
             let answer = self.ask(track, &sight, interval_s)?;
+            if part == 0 && track.foresight.is_idle() && answer.factor.is_some() {
+                self.foresee(track, start_us, &answer);
+            }
             step.notes = answer.notes;
             step.interval = answer.interval(sight, interval_s);
             track.predict(&sight, &answer.schedule, interval_s);

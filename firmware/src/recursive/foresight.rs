@@ -1,0 +1,146 @@
+//! How well forecasts of one target have come true, and what that is worth for the next.
+//!
+//! A network that serves all targets makes forecasts too wide for those that fly as planned and too
+//! narrow for restless ones. So twice a second the track writes down where it expects the target half
+//! a second later. For a filter that is what it says it is, the later estimate `x` lies from the
+//! forecast `f` by (orthogonality of innovations)
+//!
+//! ```text
+//! E |x - f|^2 = tr P_f - tr P
+//! ```
+//!
+//! the growth of the variance on the way. The ratio of what was found to what was expected, held by
+//! a prior at one, scales the growth of later forecasts. Where estimates are poor, `P_f` hardly
+//! exceeds `P`, a comparison says nothing, and weighs nothing.
+
+use super::state::{Covariance, State, position_variance};
+
+/// How far ahead a forecast is looked at again, s.
+pub const AHEAD_S: f32 = 0.5;
+/// Latest after its time that it is, microseconds; the estimate is then followed back along its
+/// velocity and acceleration.
+const LATE_MAX_US: u64 = 500_000;
+/// Weight of the ratio of one at the start: three comparisons or so, which tell as much of one target
+/// as is known of all, whose ratios spread by a factor of 1.6.
+const PRIOR: f32 = 1.5;
+/// What is left of earlier comparisons at the next: those of the last ten seconds count.
+const KEPT: f32 = 0.95;
+/// Largest square of one comparison, in its forecast's variance.
+const SQUARE_MAX: f32 = 6.0;
+/// Bounds of the scale.
+const SCALE: (f32, f32) = (0.2, 5.0);
+
+/// The open forecast of a track, and how earlier ones came out.
+#[derive(Clone, Copy, Debug)]
+pub struct Foresight {
+    /// When the open forecast is due, microseconds; none is open at [`NONE`].
+    due_us: u64,
+    /// Where the target is to be, m, from the sensor as the track's position.
+    position_m: [f32; 3],
+    /// Sum of its variances, m^2.
+    variance_m2: f32,
+    /// Squares that were found, each in its forecast's variance.
+    found: f32,
+    /// What they were expected to be.
+    expected: f32,
+}
+
+/// No forecast is open.
+const NONE: u64 = 0;
+/// None is to be opened.
+const NEVER: u64 = u64::MAX;
+
+impl Foresight {
+    /// Nothing was forecast yet.
+    pub const START: Self = Self {
+        due_us: NONE,
+        position_m: [0.0; 3],
+        variance_m2: 0.0,
+        found: 0.0,
+        expected: 0.0,
+    };
+
+    /// Whether the next forecast is to be written down.
+    pub fn is_idle(&self) -> bool {
+        self.due_us == NONE
+    }
+
+    /// Writes no further forecasts down: for a copy of a track that is thrown away.
+    pub fn close(&mut self) {
+        self.due_us = NEVER;
+    }
+
+    /// Writes down what is expected at `due_us`.
+    pub fn expect(&mut self, due_us: u64, state: &State<f32>, covariance: &Covariance<f32>) {
+        let variance_m2 = position_variance(covariance);
+        if variance_m2 > 0.0 && variance_m2.is_finite() {
+            self.due_us = due_us;
+            self.position_m = [state[0], state[1], state[2]];
+            self.variance_m2 = variance_m2;
+        }
+    }
+
+    /// Counts positions from a sensor that is `shift_m` away from the one before.
+    pub fn shift(&mut self, shift_m: [f32; 3]) {
+        for (position, shift) in self.position_m.iter_mut().zip(shift_m) {
+            *position -= shift;
+        }
+    }
+
+    /// Compares the open forecast, if it is due, with an estimate that a measurement was used for.
+    pub fn compare(&mut self, time_us: u64, state: &State<f32>, covariance: &Covariance<f32>) {
+        if self.due_us == NONE || self.due_us == NEVER || time_us < self.due_us {
+            return;
+        }
+        let late_us = time_us - self.due_us;
+        self.due_us = NONE;
+        if late_us > LATE_MAX_US {
+            return;
+        }
+        let back_s = -1e-6 * late_us as f32;
+        let (mut square, mut variance_m2) = (0.0, 0.0);
+        for axis in 0..3 {
+            // Position, velocity and acceleration of one axis, and what each adds.
+            let parts = [
+                (axis, 1.0),
+                (3 + axis, back_s),
+                (6 + axis, 0.5 * back_s * back_s),
+            ];
+            let was_m: f32 = parts.iter().map(|&(i, factor)| factor * state[i]).sum();
+            let apart_m = was_m - self.position_m[axis];
+            square += apart_m * apart_m;
+            for (i, a) in parts {
+                for (j, b) in parts {
+                    variance_m2 += a * b * covariance[i][j];
+                }
+            }
+        }
+        let growth = 1.0 - variance_m2 / self.variance_m2;
+        if growth > 0.0 {
+            // A comparison weighs by what it tells.
+            let found = (square / self.variance_m2).min(SQUARE_MAX);
+            self.found = KEPT * self.found + growth * found;
+            self.expected = KEPT * self.expected + growth * growth;
+        }
+    }
+
+    /// What the growth of a forecast's variance is multiplied with.
+    pub fn scale(&self) -> f32 {
+        ((PRIOR + self.found) / (PRIOR + self.expected)).clamp(SCALE.0, SCALE.1)
+    }
+
+    /// Scales the covariance of a forecast from an estimate whose position had this sum of variances.
+    pub fn widen(&self, covariance: &mut Covariance<f32>, before_m2: f32) {
+        let after_m2 = position_variance(covariance);
+        let growth = (1.0 - before_m2 / after_m2).clamp(0.0, 1.0);
+        let factor = 1.0 + (self.scale() - 1.0) * growth;
+        if factor.is_finite() {
+            for value in covariance.iter_mut().flatten() {
+                *value *= factor;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
