@@ -12,6 +12,7 @@ pub mod committee;
 pub mod comparison;
 pub mod elsewhere;
 pub mod encounter;
+pub mod frequencies;
 pub mod model;
 pub mod network;
 pub mod normalisation;

@@ -10,7 +10,7 @@ use crate::interrupt::Interrupt;
 use crate::recursive::recipe::Recipe;
 use crate::recursive::training::Training;
 use crate::recursive::tunable::tunable;
-use crate::recursive::tuning::{DURATION_MIN_S, EPISODES, Hold, Tuning, usable};
+use crate::recursive::tuning::{DURATION_MIN_S, EPISODES, Hold, RATE, Tuning, usable};
 use crate::regular_file;
 use std::path::PathBuf;
 
@@ -31,6 +31,9 @@ pub struct Args {
     /// Batches of flights
     #[arg(long, value_name = "N", default_value_t = EPISODES, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     episodes: u64,
+    /// Highest learning rate
+    #[arg(long, value_name = "RATE", default_value_t = RATE, value_parser = rate)]
+    rate: f64,
     /// What holds the weights where they were, beside the built-in flights
     #[arg(long, value_enum, default_value_t = Hold::Nothing)]
     hold: Hold,
@@ -46,6 +49,14 @@ pub struct Args {
     /// Threads; their number does not change the result [default: all cores, at most 2]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..))]
     threads: Option<u8>,
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(rate) if (1e-7..=1e-2).contains(&rate) => Ok(rate),
+        Ok(_) => Err("a learning rate is 1e-7 to 1e-2".to_owned()),
+        Err(error) => Err(error.to_string()),
+    }
 }
 
 fn share(text: &str) -> Result<f64, String> {
@@ -86,6 +97,7 @@ pub fn run(args: &Args) -> Result<Outcome, TrainError> {
     let recipe = Recipe {
         seed: args.seed,
         episodes: args.episodes,
+        rate: args.rate,
         sampling: model.sampling,
         ..scenario.recipe().tuned(tuning)
     };
@@ -121,4 +133,21 @@ pub fn run(args: &Args) -> Result<Outcome, TrainError> {
         run.forget_checkpoint()?;
         Ok(Outcome::Written)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_and_shares_have_bounds() {
+        assert_eq!(rate("2e-4"), Ok(2e-4));
+        assert_eq!(share("0.95"), Ok(0.95));
+        for text in ["0", "-1e-4", "0.02", "NaN", "inf", "fast"] {
+            assert!(rate(text).is_err(), "{text}");
+        }
+        for text in ["-0.1", "0.96", "NaN", "half"] {
+            assert!(share(text).is_err(), "{text}");
+        }
+    }
 }

@@ -6,7 +6,7 @@ use super::encounter::Encounter;
 use super::network::sampling::Sampling;
 use super::sensor::{Family, Sensor};
 use super::step::Weighing;
-use super::tuning::{EPISODES, Tuning};
+use super::tuning::{EPISODES, RATE, Tuning};
 use crate::flights::flight::Flight;
 use crate::flights::volume::Volume;
 use crate::random_source::RandomSource;
@@ -100,7 +100,7 @@ impl Recipe {
     pub fn tuned(self, tuning: Tuning) -> Self {
         Self {
             episodes: EPISODES,
-            rate: 1e-3,
+            rate: RATE,
             tuning: Some(tuning),
             ..self
         }

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 /// Steps that are kept at a time.
-const WINDOW: usize = 50;
+pub(super) const WINDOW: usize = 50;
 
 /// Means over every step after the start, gaps included, nothing dropped.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -44,30 +44,19 @@ impl Score {
     fn sums(programs: &Programs, weights: &Weights, encounters: &[Encounter]) -> (Sums, usize) {
         let batches = Batch::groups(encounters);
         let mut run = Unrolled::new(programs, batches.len(), WINDOW, 0.0);
-        run.begin(&batches);
-        let (mut sums, mut lost) = (Sums::default(), 0);
-        let steps = batches.iter().map(Batch::steps).min().unwrap_or(0);
-        let mut from = 0;
-        while from < steps {
-            let to = steps.min(from + WINDOW);
-            let loss = run.forward(weights, &batches, from..to, from as u64);
-            lost += loss.lost;
-            for step in from..to {
-                for (group, batch) in batches.iter().enumerate() {
-                    let lanes = run.carry(step + 1 - from, group);
-                    for lane in 0..LANES {
-                        if batch.weights[step][lane] > 0.0 {
-                            let flat: Vec<f64> = lanes.iter().map(|number| number[lane]).collect();
-                            let truth = batch.truths_m[step].map(|axis| axis[lane]);
-                            let carry = Carry::unflatten(&flat);
-                            sums.add(&carry.score(truth));
-                        }
+        let mut sums = Sums::default();
+        let loss = run.whole(weights, &batches, |run, at, step| {
+            for (group, batch) in batches.iter().enumerate() {
+                let lanes = run.carry(at + 1, group);
+                for lane in 0..LANES {
+                    if batch.weights[step][lane] > 0.0 {
+                        let flat: Vec<f64> = lanes.iter().map(|number| number[lane]).collect();
+                        let truth = batch.truths_m[step].map(|axis| axis[lane]);
+                        sums.add(&Carry::unflatten(&flat).score(truth));
                     }
                 }
             }
-            run.roll(to - from);
-            from = to;
-        }
-        (sums, lost)
+        });
+        (sums, loss.lost)
     }
 }

@@ -59,6 +59,18 @@ impl Sensor {
         missing_share: 0.0,
     };
 
+    /// The same sensors without any faults.
+    pub fn faultless(self) -> Self {
+        Self {
+            misstated_share: 0.0,
+            outlier_share: 0.0,
+            false_alarm_share: 0.0,
+            errors_share: 0.0,
+            missing_share: 0.0,
+            ..self
+        }
+    }
+
     /// One draw of the sensor and its readings of `flight`; `seed` gives the readings' noise.
     pub fn readings(
         &self,

@@ -3,6 +3,7 @@
 use super::batch::Batch;
 use super::checkpoint::{Checkpoint, CheckpointError};
 use super::encounter::Encounter;
+use super::frequencies::learned;
 use super::model::RecursiveModel;
 use super::network::Network;
 use super::network::anchor::Anchor;
@@ -30,6 +31,11 @@ use rayon::prelude::*;
 const SHARDS: usize = 2;
 /// Encounters that the features' means and deviations are measured on.
 const NORMALISATION_ENCOUNTERS: usize = 192;
+
+/// Encounters with own flights that the hypotheses' frequencies are learned from.
+const FREQUENCY_ENCOUNTERS: usize = 96;
+/// An episode that training never reaches.
+const UNREACHED: u64 = u64::MAX;
 
 /// Why training cannot start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -214,14 +220,28 @@ impl<'f> Training<'f> {
         .to_bytes()
     }
 
-    /// What the training has come to.
+    /// What the training has come to. One that is tuned takes manoeuvres to be as frequent as they
+    /// are in the own flights.
     pub fn model(&self) -> RecursiveModel {
-        RecursiveModel {
+        let mut model = RecursiveModel {
             parameters: self.parameters,
             normalisation: self.normalisation.clone(),
             network: self.network.clone(),
             sampling: self.recipe.sampling,
+        };
+        if let Some(own) = &self.own {
+            let recipe = Recipe {
+                sensor: own.recipe.sensor.faultless(),
+                ..own.recipe.clone()
+            };
+            let population = &self.parameters.population;
+            let encounters: Vec<Encounter> = (0..FREQUENCY_ENCOUNTERS)
+                .into_par_iter()
+                .filter_map(|lane| recipe.encounter(own.flights, population, UNREACHED, lane))
+                .collect();
+            model.parameters.hypotheses = learned(&model, &encounters);
         }
+        model
     }
 
     /// The recorded step.
@@ -365,8 +385,7 @@ fn measure_features(
     let lists: Vec<Vec<[f64; FEATURES]>> = (0..NORMALISATION_ENCOUNTERS)
         .into_par_iter()
         .filter_map(|lane| {
-            // An episode that training never reaches.
-            let encounter = recipe.encounter(flights, &parameters.population, u64::MAX, lane)?;
+            let encounter = recipe.encounter(flights, &parameters.population, UNREACHED, lane)?;
             let mut carry = encounter.start;
             let mut list = Vec::with_capacity(encounter.arrivals.len());
             for arrival in &encounter.arrivals {

@@ -15,6 +15,8 @@ use serde::{Deserialize, Serialize};
 
 /// Batches of flights by default.
 pub const EPISODES: u64 = 450;
+/// Highest learning rate by default.
+pub const RATE: f64 = 3e-4;
 /// Shortest flight to learn from, s.
 pub const DURATION_MIN_S: f64 = 4.5;
 
@@ -136,6 +138,7 @@ mod tests {
     use crate::recursive::recipe::Recipe;
     use crate::recursive::score::Score;
     use crate::recursive::training::{ResumeError, Training, TrainingError};
+    use bnkf::recursive::hypotheses::Hypotheses;
 
     fn flights(count: usize, seed: u64, speed_scale: f64) -> Vec<Flight> {
         generate(&GeneratorSettings {
@@ -155,6 +158,8 @@ mod tests {
         Recipe {
             flights: 32,
             episodes: 6,
+            // The model that is tuned has learned next to nothing.
+            rate: 1e-3,
             ..Recipe::DEFAULT.tuned(tuning)
         }
     }
@@ -239,6 +244,24 @@ mod tests {
         };
         let (free, held) = (moved(Hold::Nothing), moved(Hold::Posterior));
         assert!(held < 0.9 * free, "{held} {free}");
+    }
+
+    /// Own flights that are faster than the model expects: manoeuvres are then taken to be common.
+    #[test]
+    fn manoeuvres_are_as_frequent_as_in_own_flights() {
+        let familiar = flights(8, 1, 1.0);
+        let model = shipped(&familiar);
+        let shipped = model.parameters.hypotheses;
+        let tuned = |own: &[Flight]| {
+            let recipe = recipe(own, Hold::Nothing);
+            let training = Training::tune(recipe, &familiar, own, &model).unwrap();
+            training.model().parameters.hypotheses
+        };
+        let (calm, fast) = (tuned(&flights(4, 2, 1.0)), tuned(&flights(4, 2, 4.0)));
+        let priors = |h: &Hypotheses<f64>| h.manoeuvres.iter().map(|m| m.prior).sum::<f64>();
+        assert!(priors(&calm) < priors(&shipped), "{calm:?}");
+        assert!(priors(&fast) > 2.0 * priors(&calm), "{calm:?} {fast:?}");
+        assert_eq!(fast.outlier, shipped.outlier);
     }
 
     #[test]

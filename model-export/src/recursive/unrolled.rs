@@ -132,6 +132,33 @@ impl<'p> Unrolled<'p> {
         loss
     }
 
+    /// Runs every flight from its start to the end of the shortest, window by window, and calls `visit`
+    /// after every step with its place in the window and in the flight.
+    pub fn whole(
+        &mut self,
+        weights: &Weights,
+        batches: &[Batch],
+        mut visit: impl FnMut(&Self, usize, usize),
+    ) -> WindowLoss {
+        self.begin(batches);
+        let steps = batches.iter().map(Batch::steps).min().unwrap_or(0);
+        let mut total = WindowLoss::default();
+        let mut from = 0;
+        while from < steps {
+            let to = steps.min(from + self.passes.len());
+            let loss = self.forward(weights, batches, from..to, from as u64);
+            total.sum += loss.sum;
+            total.steps += loss.steps;
+            total.lost += loss.lost;
+            for step in from..to {
+                visit(self, step - from, step);
+            }
+            self.roll(to - from);
+            from = to;
+        }
+        total
+    }
+
     /// Makes the end of the last window, of `length` steps, the start of the next.
     pub fn roll(&mut self, length: usize) {
         self.carries.swap(0, length);
