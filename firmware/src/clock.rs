@@ -27,13 +27,19 @@ pub enum Tick {
 /// A time that lies absurdly far ahead or behind is refused. If the very next measurement agrees
 /// with it, within [`AHEAD_MAX_US`] after it, the clock was set or the silence was long: the track
 /// starts anew there. That is the way back from any wrong time, besides a reset.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Clock {
-    latest_us: Option<u64>,
-    strange_us: Option<u64>,
+    pub(crate) latest_us: Option<u64>,
+    pub(crate) strange_us: Option<u64>,
 }
 
 impl Clock {
+    /// Of a track that has seen nothing.
+    pub const NEW: Self = Self {
+        latest_us: None,
+        strange_us: None,
+    };
+
     /// Time of the latest measurement or coast, microseconds.
     pub fn latest_us(&self) -> Option<u64> {
         self.latest_us
@@ -123,7 +129,7 @@ mod tests {
     use super::*;
 
     fn at(latest_us: u64) -> Clock {
-        let mut clock = Clock::default();
+        let mut clock = Clock::NEW;
         clock.advance(latest_us);
         clock
     }

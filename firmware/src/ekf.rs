@@ -43,12 +43,49 @@ pub struct Corrected<S, const N: usize> {
     pub ln_root: S,
 }
 
+impl<S: Scalar, const N: usize> Corrected<S, N> {
+    /// Room for one.
+    #[inline]
+    pub fn new() -> Self {
+        let zero = S::constant(0.0);
+        Self {
+            state: [zero; N],
+            covariance: [[zero; N]; N],
+            nis: zero,
+            ln_root: zero,
+        }
+    }
+
+    /// A state before anything corrected it.
+    pub fn before(state: &[S; N], covariance: &[[S; N]; N]) -> Self {
+        let mut corrected = Self::new();
+        corrected.begin(state, covariance);
+        corrected
+    }
+
+    /// Makes it a state that nothing corrected yet.
+    // As slices: an assignment would go by a second one on the stack, as [`Corrected::before`] does.
+    #[inline]
+    pub fn begin(&mut self, state: &[S; N], covariance: &[[S; N]; N]) {
+        self.state.copy_from_slice(state);
+        self.covariance.copy_from_slice(covariance);
+        self.nis = S::constant(0.0);
+        self.ln_root = S::constant(0.0);
+    }
+}
+
+impl<S: Scalar, const N: usize> Default for Corrected<S, N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl<const N: usize> Corrected<f32, N> {
-    /// The correction, unless rounding or overflow spoiled it.
+    /// Checks that neither rounding nor overflow spoiled it.
     ///
     /// # Errors
     /// [`EkfError`]
-    pub fn checked(self) -> Result<Self, EkfError> {
+    pub fn check(&self) -> Result<(), EkfError> {
         let numbers = self.state.iter().chain(self.covariance.as_flattened());
         if !numbers.into_iter().all(|value| value.is_finite()) {
             return Err(EkfError::NotFinite);
@@ -61,7 +98,7 @@ impl<const N: usize> Corrected<f32, N> {
         if self.nis.is_infinite() {
             return Err(EkfError::NotFinite);
         }
-        Ok(self)
+        Ok(())
     }
 }
 
@@ -84,35 +121,31 @@ pub fn correct_position(
     covariance: [[f32; 3]; 3],
     measured: &Converted,
 ) -> Result<Corrected<f32, 3>, EkfError> {
-    let mut corrected = Corrected {
-        state: position,
-        covariance,
-        nis: 0.0,
-        ln_root: 0.0,
-    };
+    let mut corrected = Corrected::before(&position, &covariance);
     for (axis, sigma) in measured.axes.iter().zip(measured.sigmas_m) {
         let axis: [f32; 3] = (*axis).into();
         let noise = (sigma * sigma).max(AXIS_VARIANCE_MIN_M2);
         let away = core::array::from_fn(|i| measured.position[i] - corrected.state[i]);
         correct_scalar(&mut corrected, &axis, dot(&axis, &away), noise, 1.0);
     }
-    corrected.checked()
+    corrected.check()?;
+    Ok(corrected)
 }
 
 /// Corrects a state that starts with position (m) and, if `N >= 6`, velocity (m/s), with the
 /// polar measurement itself: elevation, azimuth, range and, with a velocity, range-rate, whose
-/// noise has these variances. A channel that is not present changes nothing.
+/// noise has these variances. A channel that is not present changes nothing. In place: what was
+/// before is [`Corrected::before`].
 ///
 /// The Jacobian is taken at the prior. Because the noise is independent per component, the four
-/// scalar corrections in turn equal the joint one. Also returns the innovations whitened in turn,
-/// each over its standard deviation given the ones before, whose squares sum to the NIS. Nothing is
-/// checked: see [`Corrected::checked`].
+/// scalar corrections in turn equal the joint one. Returns the innovations whitened in turn, each
+/// over its standard deviation given the ones before, whose squares sum to the NIS. Nothing is
+/// checked: see [`Corrected::check`].
 pub fn correct_polar<S: Scalar, const N: usize>(
-    state: &[S; N],
-    covariance: &[[S; N]; N],
+    corrected: &mut Corrected<S, N>,
     vectors: &Vectors<S>,
     variances: &[S; 4],
-) -> (Corrected<S, N>, [S; 4]) {
+) -> [S; 4] {
     const {
         assert!(
             N == 3 || N >= 6,
@@ -121,6 +154,7 @@ pub fn correct_polar<S: Scalar, const N: usize>(
     };
     let zero = S::constant(0.0);
     let has_velocity = N >= 6;
+    let state = corrected.state;
     let velocity = core::array::from_fn(|i| {
         if has_velocity {
             state[(3 + i) % N]
@@ -129,12 +163,6 @@ pub fn correct_polar<S: Scalar, const N: usize>(
         }
     });
     let predicted = predict([state[0], state[1], state[2]], velocity);
-    let mut corrected = Corrected {
-        state: *state,
-        covariance: *covariance,
-        nis: zero,
-        ln_root: zero,
-    };
     let innovations = innovations(&vectors.measured, &predicted.measurement);
     let mut whitened = [zero; 4];
     for row in 0..if has_velocity { 4 } else { 3 } {
@@ -148,15 +176,9 @@ pub fn correct_polar<S: Scalar, const N: usize>(
         let moved = core::array::from_fn(|i| corrected.state[i] - state[i]);
         let innovation = innovations[row] - dot(&derivative, &moved);
         let present = vectors.present[row];
-        whitened[row] = correct_scalar(
-            &mut corrected,
-            &derivative,
-            innovation,
-            variances[row],
-            present,
-        );
+        whitened[row] = correct_scalar(corrected, &derivative, innovation, variances[row], present);
     }
-    (corrected, whitened)
+    whitened
 }
 
 /// One scalar correction, `P - g g' / s` with `g = P h` and `s = h' g + r`, which equals Joseph's form

@@ -79,3 +79,36 @@ pub struct Estimate {
     /// Velocity, acceleration and the full covariance; a memoryless tracker has none.
     pub motion: Option<Motion>,
 }
+
+impl Estimate {
+    /// Room for one; nothing is known.
+    pub(crate) const NONE: Self = Self {
+        time_us: 0,
+        position_m: [0.0; 3],
+        covariance_m2: [[0.0; 3]; 3],
+        nis: 0.0,
+        mode: Mode::Coasting,
+        outside: false,
+        doubt: Doubt::NONE,
+        motion: None,
+    };
+}
+
+/// What a step made of its measurement; with the state it left, an [`Estimate`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outcome {
+    pub nis: f32,
+    pub mode: Mode,
+    pub doubt: Doubt,
+}
+
+impl Outcome {
+    /// Without a correction.
+    pub const fn uncorrected(mode: Mode) -> Self {
+        Self {
+            nis: 0.0,
+            mode,
+            doubt: Doubt::NONE,
+        }
+    }
+}

@@ -14,7 +14,8 @@ use crate::estimate::Estimate;
 use crate::likelihood::Likelihood;
 use crate::measurement::Measurement;
 use crate::step_error::StepError;
-use crate::tracker::{Snapshot, Tracker};
+use crate::track::{TRACK_BYTES_MAX, Track};
+use crate::tracker::{TRACKER_BYTES_MAX, Tracker};
 
 /// How late a measurement may be, microseconds behind the newest time: half a second.
 pub const LATE_MAX_US: u64 = 500_000;
@@ -28,26 +29,28 @@ pub const CALLS_MAX: usize = 40;
 /// one time as they came, and a measurement in place of a coast to its time. A late measurement costs its
 /// own step and those of the calls kept, at most [`CALLS_MAX`] and of about a second; any other costs
 /// what it always did, and about twice a second a copy of the track.
+#[derive(Debug)]
 pub struct LateTracker<'a> {
     tracker: Tracker<'a>,
     /// The track before the first of `calls`.
-    base: Snapshot,
+    base: Track,
     /// The track after so many of `calls`.
-    middle: Option<(Snapshot, usize)>,
+    middle: Option<(Track, usize)>,
     /// Calls that were answered, in the order of times; there is room for one more.
     calls: Vec<Call, CALLS_MAX>,
     rerun: usize,
 }
 
 /// Static memory, part of the contract as [`TRACKER_BYTES_MAX`](crate::TRACKER_BYTES_MAX) is.
-pub const LATE_TRACKER_BYTES_MAX: usize = 10_240;
+pub const LATE_TRACKER_BYTES_MAX: usize =
+    TRACKER_BYTES_MAX + 2 * TRACK_BYTES_MAX + CALLS_MAX * size_of::<Call>() + 64;
 const _: () = assert!(size_of::<LateTracker<'static>>() <= LATE_TRACKER_BYTES_MAX);
 
 impl<'a> LateTracker<'a> {
     /// Begins with a tracker as it is: what it was asked before is not run again.
     pub fn new(tracker: Tracker<'a>) -> Self {
         Self {
-            base: tracker.snapshot(),
+            base: tracker.track().clone(),
             tracker,
             middle: None,
             calls: Vec::new(),
@@ -120,7 +123,7 @@ impl<'a> LateTracker<'a> {
     }
 
     fn begin(&mut self) {
-        self.base = self.tracker.snapshot();
+        self.base = self.tracker.track().clone();
         self.middle = None;
         self.calls.clear();
     }
@@ -168,8 +171,7 @@ impl<'a> LateTracker<'a> {
         };
         let is_old = |at_us: u64| newest_us.saturating_sub(at_us) > LATE_MAX_US;
         let full = self.calls.is_full();
-        let older =
-            |middle: &mut (Snapshot, usize)| full || middle.0.latest_us().is_some_and(is_old);
+        let older = |middle: &mut (Track, usize)| full || middle.0.latest_us().is_some_and(is_old);
         if let Some((middle, count)) = self.middle.take_if(older) {
             self.base = middle;
             self.calls.drain(..count);
@@ -178,7 +180,7 @@ impl<'a> LateTracker<'a> {
         let begun_us = self.base.latest_us().or(first_us);
         let many = self.calls.len() >= CALLS_MAX / 2;
         if self.middle.is_none() && (many || begun_us.is_some_and(is_old)) {
-            self.middle = Some((self.tracker.snapshot(), self.calls.len()));
+            self.middle = Some((self.tracker.track().clone(), self.calls.len()));
         }
     }
 
@@ -202,17 +204,14 @@ impl<'a> LateTracker<'a> {
         }
         // From the younger copy if it was taken before the place, else from the older one, and the
         // younger is taken again on the way.
-        let (first, again) = match &self.middle {
-            Some((middle, count)) if *count <= place => {
-                self.tracker.restore(middle);
-                (*count, None)
-            }
+        let (track, first, again) = match &self.middle {
+            Some((middle, count)) if *count <= place => (middle, *count, None),
             middle => {
                 let again = middle.as_ref().map(|(_, count)| *count);
-                self.tracker.restore(&self.base);
-                (0, again)
+                (&self.base, 0, again)
             }
         };
+        self.tracker.rewind(track);
         self.rerun = self.calls.len() - first;
         let mut answer = Err(StepError::NotStarted);
         let mut refused = None;
@@ -227,7 +226,7 @@ impl<'a> LateTracker<'a> {
                 }
             }
             if again == Some(at + 1) {
-                self.middle = Some((self.tracker.snapshot(), at + 1));
+                self.middle = Some((self.tracker.track().clone(), at + 1));
             }
         }
         let Some(error) = refused else {
@@ -283,7 +282,7 @@ mod tests {
     /// What a tracker says now, by a coast that a copy of it is asked.
     fn says(late: &LateTracker<'_>, bytes: &[u8], time_us: u64) -> Result<Estimate, StepError> {
         let mut copy = tracker(bytes);
-        copy.restore(&late.tracker().snapshot());
+        copy.rewind(late.tracker().track());
         copy.coast(time_us)
     }
 

@@ -1,12 +1,80 @@
 //! Bayesian neural Kalman tracking for radar nodes: `no_std`, no allocation, static memory.
 //!
-//! A [`Tracker`] reads a [`blob::Blob`] of quantised weight means and variances, draws Monte Carlo
-//! passes of the Bayesian network, and corrects their mean and covariance with the measurement.
-//! The same code runs on the microcontroller and on the host, and gives the same bits.
+//! A [`Model`] is a checked blob of quantised weights; a [`Track`] is what is known of one target, 1.3 KB
+//! without a reference; a [`Workspace`] is the memory that a step works in, one for all tracks. A
+//! [`Tracker`] is one of each, for one target. The same code runs on the microcontroller and on the
+//! host, and gives the same bits.
+//!
+//! ```
+//! use bnkf::{Measurement, Mode, Model, Sensed, Sensor, Settings, Tracker};
+//!
+//! static BLOB: &[u8] = include_bytes!("../../models/recursive.bnkf");
+//!
+//! let model = Model::new(BLOB)?;
+//! let mut tracker = Tracker::new(model, Settings::of(model.blob()))?;
+//! let sensed = |value, sigma| Some(Sensed { value, sigma });
+//! let mut plot = Measurement {
+//!     time_us: 1_000_000,
+//!     range: sensed(33.2, 0.1),
+//!     elevation: sensed(0.4, 0.005),
+//!     azimuth: sensed(0.5, 0.005),
+//!     range_rate: sensed(-1.5, 0.05),
+//!     sensor: Sensor::ORIGIN,
+//! };
+//! assert_eq!(tracker.step(&plot)?.mode, Mode::Started);
+//! (plot.time_us, plot.range) = (1_100_000, sensed(33.0, 0.1));
+//! let estimate = tracker.step(&plot)?;
+//! assert_eq!(estimate.mode, Mode::Tracking);
+//! // Nothing was measured: the covariance grows.
+//! let in_a_gap = tracker.coast(1_200_000)?;
+//! assert!(in_a_gap.covariance_m2[0][0] > estimate.covariance_m2[0][0]);
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
+//!
+//! Several targets on one model: a plot goes to the track that it fits best.
+//!
+//! ```
+//! # use bnkf::{Measurement, Model, Sensed, Sensor, Settings, Track, Workspace};
+//! # static BLOB: &[u8] = include_bytes!("../../models/recursive.bnkf");
+//! let model = Model::new(BLOB)?;
+//! let settings = Settings::of(model.blob());
+//! let mut workspace = Workspace::new();
+//! let mut tracks = [Track::new(&model, settings)?, Track::new(&model, settings)?];
+//! let sensed = |value, sigma| Some(Sensed { value, sigma });
+//! let plot = |time_us, range, azimuth| Measurement {
+//!     time_us,
+//!     range: sensed(range, 0.1),
+//!     elevation: sensed(0.4, 0.005),
+//!     azimuth: sensed(azimuth, 0.005),
+//!     range_rate: sensed(0.0, 0.05),
+//!     sensor: Sensor::ORIGIN,
+//! };
+//! tracks[0].step(&model, &mut workspace, &plot(0, 30.0, 0.5))?;
+//! tracks[1].step(&model, &mut workspace, &plot(0, 40.0, -0.5))?;
+//!
+//! let next = plot(100_000, 40.1, -0.5);
+//! let mut fits = [0.0; 2];
+//! for (track, fit) in tracks.iter_mut().zip(&mut fits) {
+//!     *fit = track.likelihood(&model, &mut workspace, &next)?.ln_likelihood;
+//! }
+//! assert!(fits[1] > fits[0]);
+//! tracks[1].step(&model, &mut workspace, &next)?;
+//!
+//! // A clone is a snapshot; as bytes it survives a reset of the board.
+//! let mut bytes = [0; bnkf::TRACK_SNAPSHOT_BYTES];
+//! tracks[1].to_bytes(&mut bytes);
+//! let mut restored = Track::from_bytes(&bytes)?;
+//! assert_eq!(
+//!     restored.coast(&model, &mut workspace, 200_000)?,
+//!     tracks[1].coast(&model, &mut workspace, 200_000)?
+//! );
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
 //!
 //! Frame and units at every public boundary: x east, y north, z up, the radar at the origin unless a
 //! measurement says where its [`Sensor`] is; azimuth from +x towards +y, elevation from the
-//! horizontal, range-rate positive outbound; metres, seconds, radians, metres per second.
+//! horizontal, range-rate positive outbound; metres, seconds, radians, metres per second. A sensor
+//! that moves and looks along its own axes:
 //!
 //! ```
 //! use bnkf::{Measurement, Mounting, Sensed, Sensor};
@@ -47,6 +115,7 @@ pub mod late;
 pub mod likelihood;
 pub mod measurement;
 pub mod memoryless;
+mod model;
 pub mod mounting;
 pub mod network;
 pub mod protocol;
@@ -58,7 +127,9 @@ pub mod sensor;
 mod series;
 mod settings;
 mod step_error;
+mod track;
 mod tracker;
+mod workspace;
 
 pub use call::Call;
 pub use clock::WrappingClock;
@@ -66,8 +137,13 @@ pub use estimate::{Doubt, Estimate, Mode, Motion};
 pub use late::LateTracker;
 pub use likelihood::Likelihood;
 pub use measurement::{Channel, Measurement, MeasurementError, Sensed};
+pub use model::{MODEL_BYTES_MAX, Model};
 pub use mounting::{Direction, Mounting};
 pub use sensor::{Sensor, SensorError};
 pub use settings::{Correction, Settings, TrackerError};
 pub use step_error::StepError;
+pub use track::{
+    OtherKind, TRACK_BYTES_MAX, TRACK_SNAPSHOT_BYTES, Track, TrackBytesError, TrackField,
+};
 pub use tracker::{TRACKER_BYTES_MAX, Tracker};
+pub use workspace::{WORKSPACE_BYTES_MAX, Workspace};

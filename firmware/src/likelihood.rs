@@ -2,7 +2,6 @@
 
 use core::f32::consts::TAU;
 
-use crate::ekf::Corrected;
 use crate::measurement::Vectors;
 use crate::recursive::correction::GATE_NIS;
 
@@ -32,23 +31,25 @@ pub struct Likelihood {
 }
 
 impl Likelihood {
-    /// The likelihood of `vectors`, which the state before `corrected` expected `innovation` away;
-    /// `None` if it is no finite number. The gate asks `gate_nis`.
-    pub(crate) fn new<const N: usize>(
+    /// The likelihood of `vectors`, which a state expected `innovation` away; its correction had this NIS
+    /// and half the logarithm of its innovation's determinant. `None` if it is no finite number. The gate
+    /// asks `gate_nis`.
+    pub(crate) fn new(
         innovation: [f32; 4],
         vectors: &Vectors<f32>,
-        corrected: &Corrected<f32, N>,
+        nis: f32,
+        ln_root: f32,
         gate_nis: f32,
     ) -> Option<Self> {
         let there = |i: usize| (vectors.present[i] > 0.0).then_some(innovation[i]);
         let innovation: [Option<f32>; 4] = core::array::from_fn(there);
         let degrees = innovation.iter().flatten().count() as u8;
         let constant = 0.5 * f32::from(degrees) * libm::logf(TAU);
-        let ln_likelihood = -0.5 * corrected.nis - corrected.ln_root - constant;
+        let ln_likelihood = -0.5 * nis - ln_root - constant;
         let finite = innovation.iter().flatten().all(|y| y.is_finite());
         (finite && ln_likelihood.is_finite()).then_some(Self {
             innovation,
-            nis: corrected.nis,
+            nis,
             degrees,
             ln_likelihood,
             passes_gate: gate_nis < GATE_NIS as f32,

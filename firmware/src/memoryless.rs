@@ -6,6 +6,7 @@ mod features;
 mod plot;
 mod tracker;
 
+pub(crate) use coast::Fix;
 pub use features::{FEATURES_MAX, features};
 pub use plot::Plot;
-pub(crate) use tracker::{Memoryless, Snapshot};
+pub(crate) use tracker::{Memoryless, Model, Past, estimate};

@@ -24,8 +24,8 @@ pub mod schedule;
 pub mod sight;
 pub mod start;
 pub mod state;
-pub mod track;
+pub mod target;
 mod tracker;
 
 pub use candidate::AGREEING;
-pub(crate) use tracker::{Recursive, Snapshot};
+pub(crate) use tracker::{Belief, Model, Recursive, WHITENED_MAX};

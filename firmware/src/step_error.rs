@@ -37,6 +37,9 @@ pub enum StepError {
     Blunt,
     /// There is nothing to coast from yet.
     NotStarted,
+    /// The track began on another model, and was not handed over to this one
+    /// ([`Track::hand_over`](crate::Track::hand_over)).
+    OtherModel,
     /// The network's output is NaN or infinite.
     NetworkNotFinite,
     /// The correction was refused.
@@ -73,6 +76,7 @@ impl core::fmt::Display for StepError {
             }
             Self::Blunt => f.write_str("no track can start from so blunt a measurement"),
             Self::NotStarted => f.write_str("no measurement yet"),
+            Self::OtherModel => f.write_str("the track runs on another model"),
             Self::NetworkNotFinite => f.write_str("the network's output is not finite"),
             Self::Correction(error) => write!(f, "correction: {error}"),
             Self::Lost => f.write_str("the track was given up: nothing is known of it any more"),

@@ -28,12 +28,24 @@ fn prior() -> (Vector6<f32>, Matrix6<f32>) {
     )
 }
 
+/// The correction of a prior, which stays as it is.
+fn polar<S: Scalar>(
+    state: &[S; 6],
+    covariance: &[[S; 6]; 6],
+    vectors: &Vectors<S>,
+    variances: &[S; 4],
+) -> (Corrected<S, 6>, [S; 4]) {
+    let mut corrected = Corrected::before(state, covariance);
+    let whitened = correct_polar(&mut corrected, vectors, variances);
+    (corrected, whitened)
+}
+
 fn corrected(state: Vector6<f32>, covariance: Matrix6<f32>) -> Result<Corrected<f32, 6>, EkfError> {
     let variances = SIGMAS.map(|sigma| sigma * sigma);
     let vectors = Vectors::whole(MEASURED, SIGMAS);
-    correct_polar(&state.into(), &covariance.into(), &vectors, &variances)
-        .0
-        .checked()
+    let (corrected, _) = polar(&state.into(), &covariance.into(), &vectors, &variances);
+    corrected.check()?;
+    Ok(corrected)
 }
 
 /// The joint correction in f64 by the textbook: K = P H' S^-1, P = (I - K H) P.
@@ -77,7 +89,7 @@ fn an_absent_channel_has_no_part() {
     let (state, covariance) = prior();
     let variances = SIGMAS.map(|sigma| sigma * sigma);
     let with = |vectors: &Vectors<f32>, variances: &[f32; 4]| {
-        correct_polar(&state.into(), &covariance.into(), vectors, variances)
+        polar(&state.into(), &covariance.into(), vectors, variances)
     };
     for missing in 0..4 {
         let mut vectors = Vectors::whole(MEASURED, SIGMAS);
@@ -108,15 +120,15 @@ fn an_absent_channel_has_no_part() {
 fn exact_measurements_leave_a_positive_variance() {
     let (state, covariance) = prior();
     let vectors = Vectors::whole(MEASURED, SIGMAS);
-    let (mut got, _) = correct_polar(
+    let (mut got, _) = polar(
         &state.into(),
         &covariance.into(),
         &vectors,
         &[1e-14, 1e-14, 1e-12, 1e-12],
     );
     for _ in 0..100 {
-        let again = correct_polar(&got.state, &got.covariance, &vectors, &[1e-14; 4]);
-        got = again.0.checked().expect("sound");
+        (got, _) = polar(&got.state, &got.covariance, &vectors, &[1e-14; 4]);
+        assert_eq!(got.check(), Ok(()));
         assert!(crate::cholesky::make_definite(&mut got.covariance).is_ok());
     }
 }
@@ -192,7 +204,7 @@ fn the_root_of_the_determinant_is_the_joint_one() {
     let state: [f64; 6] = state.map(f64::from).into();
     let p = covariance.map(f64::from);
     let vectors = Vectors::whole(MEASURED.map(f64::from), SIGMAS.map(f64::from));
-    let (got, whitened) = correct_polar(&state, &p.into(), &vectors, &variances);
+    let (got, whitened) = polar(&state, &p.into(), &vectors, &variances);
     let at = predict(
         [state[0], state[1], state[2]],
         [state[3], state[4], state[5]],
@@ -267,7 +279,7 @@ fn what_rounding_spoiled_is_named() {
     let refusal = |change: fn(&mut Corrected<f32, 2>)| {
         let mut changed = sound;
         change(&mut changed);
-        changed.checked().err()
+        changed.check().err()
     };
     let (infinite, indefinite) = (
         Some(EkfError::NotFinite),

@@ -21,6 +21,15 @@ pub(crate) struct Fix {
     pub covariance: Matrix3<f32>,
 }
 
+impl Fix {
+    /// None: room for one.
+    pub const NONE: Self = Self {
+        time_us: 0,
+        position: Vector3::new(0.0, 0.0, 0.0),
+        covariance: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    };
+}
+
 /// How targets of this kind move.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Population {

@@ -9,17 +9,18 @@ use super::plot::Plot;
 use crate::blob::{Blob, FeatureLayout, Floats, field};
 use crate::cholesky::make_definite;
 use crate::clock::seconds_between;
-use crate::ekf::{EkfError, correct_polar, correct_position};
-use crate::estimate::{Doubt, Estimate, Mode, NIS_MAX, POSITION_SIGMA_MAX_M};
+use crate::ekf::{Corrected, EkfError, correct_polar, correct_position};
+use crate::estimate::{Doubt, Estimate, Mode, NIS_MAX, Outcome, POSITION_SIGMA_MAX_M};
 use crate::likelihood::Likelihood;
 use crate::measurement::{Measurement, Vectors};
+use crate::network::Network;
 use crate::network::monte_carlo::{Sampling, moments};
-use crate::network::{Network, Scratch};
 use crate::radar::{converted, innovations, predict};
-use crate::rng::{Generator, seeded};
+use crate::rng::Generator;
 use crate::sensor::Sensor;
 use crate::settings::{Correction, Settings};
 use crate::step_error::StepError;
+use crate::workspace::Workspace;
 
 /// A previous measurement older than this is forgotten: the next one starts anew.
 const PREVIOUS_AGE_MAX_US: u64 = 2_000_000;
@@ -28,83 +29,64 @@ const PREVIOUS_AGE_MAX_US: u64 = 2_000_000;
 /// or a collapsed posterior still give a positive definite matrix.
 const VARIANCE_FLOOR_M2: f32 = 1e-6;
 
-/// Estimates the position of one target from its radar measurements, with the networks of a
-/// memoryless blob: one for all axes (BNKF) or one per axis (BNKFe).
-pub(crate) struct Memoryless<'a> {
-    blob: Blob<'a>,
-    settings: Settings,
+/// A memoryless blob, and what of it is asked at every step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Model<'a> {
+    pub(crate) blob: Blob<'a>,
     population: Population,
-    rng: Generator,
-    scratch: Scratch,
-    previous: Option<Plot>,
-    latest: Option<Fix>,
-    before: Option<Fix>,
 }
 
-/// What a [`Memoryless`] knows at one time.
-#[derive(Clone)]
-pub(crate) struct Snapshot {
-    rng: Generator,
-    previous: Option<Plot>,
-    latest: Option<Fix>,
-    before: Option<Fix>,
-}
-
-impl<'a> Memoryless<'a> {
-    /// A tracker that has seen nothing yet; `settings` fit the blob.
-    pub fn new(blob: Blob<'a>, settings: Settings) -> Self {
+impl<'a> Model<'a> {
+    /// Reads what surrounds the networks.
+    pub fn new(blob: Blob<'a>) -> Self {
         let parameters = blob.parameters();
         Self {
             blob,
-            settings,
             population: Population {
                 speed_sigma: parameters.get(field::PARAMETER_SPEED_SIGMA),
                 acceleration_sigma: parameters.get(field::PARAMETER_ACCELERATION_SIGMA),
             },
-            rng: seeded(settings.seed),
-            scratch: Scratch::new(),
-            previous: None,
-            latest: None,
-            before: None,
         }
     }
+}
 
-    /// A copy of what it knows.
-    pub fn snapshot(&self) -> Snapshot {
-        Snapshot {
-            rng: self.rng.clone(),
-            previous: self.previous,
-            latest: self.latest,
-            before: self.before,
-        }
-    }
+/// What is remembered of one target.
+#[derive(Clone, Debug)]
+pub(crate) struct Past {
+    pub(crate) previous: Option<Plot>,
+    pub(crate) latest: Option<Fix>,
+    pub(crate) before: Option<Fix>,
+}
 
-    /// Goes back to what it knew when `snapshot` was taken.
-    pub fn restore(&mut self, snapshot: &Snapshot) {
-        self.rng = snapshot.rng.clone();
-        self.previous = snapshot.previous;
-        self.latest = snapshot.latest;
-        self.before = snapshot.before;
-    }
+impl Past {
+    /// Nothing.
+    pub const NONE: Self = Self {
+        previous: None,
+        latest: None,
+        before: None,
+    };
+}
 
-    /// Forgets the target and starts the random stream again.
-    pub fn reset(&mut self) {
-        self.rng = seeded(self.settings.seed);
-        self.previous = None;
-        self.latest = None;
-        self.before = None;
-    }
+/// Estimates the position of one target from its radar measurements, with the networks of a
+/// memoryless blob: one for all axes (BNKF) or one per axis (BNKFe). What one call works with.
+pub(crate) struct Memoryless<'r, 'a> {
+    pub model: &'r Model<'a>,
+    pub settings: &'r Settings,
+    pub rng: &'r mut Generator,
+    pub past: &'r mut Past,
+    pub workspace: &'r mut Workspace,
+}
 
-    /// The estimate at the time of `measurement`, whose values and time were checked; `anew` when
-    /// its time does not follow the ones before.
-    pub fn step(&mut self, measurement: &Measurement, anew: bool) -> Result<Estimate, StepError> {
+impl Memoryless<'_, '_> {
+    /// Takes in a measurement, whose values and time were checked; `anew` when its time does not follow
+    /// the ones before.
+    #[inline(never)]
+    pub fn step(&mut self, measurement: &Measurement, anew: bool) -> Result<Outcome, StepError> {
         let plot = Plot::of(measurement)?;
         if anew {
-            self.previous = None;
-            self.latest = None;
-            self.before = None;
+            *self.past = Past::NONE;
         }
-        let recent = self.previous.filter(|previous| {
+        let recent = self.past.previous.filter(|previous| {
             measurement.time_us.saturating_sub(previous.time_us) <= PREVIOUS_AGE_MAX_US
         });
         let previous = recent.unwrap_or(plot);
@@ -128,12 +110,8 @@ impl<'a> Memoryless<'a> {
             .map_err(StepError::Correction)?,
             Correction::Polar => {
                 let vectors = Vectors::from(measurement);
-                let variances = vectors.sigmas.map(|sigma| sigma * sigma);
-                correct_polar(&position.into(), &covariance.into(), &vectors, &variances)
-                    .0
-                    .checked()
-                    .map(|c| (c.state.into(), c.covariance.into(), c.nis))
-                    .map_err(StepError::Correction)?
+                let c = corrected(&position.into(), &covariance.into(), &vectors)?;
+                (c.state.into(), c.covariance.into(), c.nis)
             }
         };
         let mut covariance: [[f32; 3]; 3] = covariance.into();
@@ -145,43 +123,47 @@ impl<'a> Memoryless<'a> {
             position,
             covariance,
         };
-        self.before = recent.and(self.latest);
-        self.latest = Some(fix);
-        self.previous = Some(plot);
+        self.past.before = recent.and(self.past.latest);
+        self.past.latest = Some(fix);
+        self.past.previous = Some(plot);
         let mode = if recent.is_some() {
             Mode::Tracking
         } else {
             Mode::Started
         };
-        Ok(estimate(&fix, nis, mode))
+        let doubt = Doubt::NONE;
+        Ok(Outcome { nis, mode, doubt })
     }
 
     /// The estimate at `time_us` without a measurement: the last two estimates extrapolated, with
     /// a covariance that grows (rule in the module `coast`).
+    #[inline(never)]
     pub fn coast(&mut self, time_us: u64) -> Result<Estimate, StepError> {
         let ahead = self.ahead(time_us);
         if ahead == Err(StepError::Lost) {
-            self.latest = None;
-            self.previous = None;
+            self.past.latest = None;
+            self.past.previous = None;
         }
         ahead
     }
 
-    /// What [`Memoryless::coast`] would say at each of `times_us`; nothing is forgotten.
-    pub fn forecasts<const N: usize>(
+    /// Gives what [`Memoryless::coast`] would say at each of `times_us` to `each`, with its place; nothing
+    /// is forgotten.
+    #[inline(never)]
+    pub fn forecast_each(
         &self,
-        times_us: &[u64; N],
-    ) -> Result<[Estimate; N], StepError> {
-        let latest = self.latest.as_ref().ok_or(StepError::NotStarted)?;
-        let mut forecasts = [estimate(latest, 0.0, Mode::Coasting); N];
-        for (forecast, &time_us) in forecasts.iter_mut().zip(times_us) {
-            *forecast = self.ahead(time_us)?;
+        times_us: &[u64],
+        each: &mut dyn FnMut(usize, &Estimate),
+    ) -> Result<(), StepError> {
+        for (place, &time_us) in times_us.iter().enumerate() {
+            each(place, &self.ahead(time_us)?);
         }
-        Ok(forecasts)
+        Ok(())
     }
 
     /// What the last two estimates, extrapolated, say of a measurement's position, whose values were
     /// checked. Nothing is known of the velocity beside it, so the range-rate does not count.
+    #[inline(never)]
     pub fn likelihood(&self, measurement: &Measurement) -> Result<Likelihood, StepError> {
         if measurement.sensor != Sensor::ORIGIN {
             return Err(StepError::Sensor);
@@ -190,18 +172,27 @@ impl<'a> Memoryless<'a> {
         let mut vectors = Vectors::from(measurement);
         vectors.present[3] = 0.0;
         let spoilt = StepError::Correction(EkfError::NotFinite);
-        let variances = vectors.sigmas.map(|sigma| sigma * sigma);
-        let (position, covariance) = (&ahead.position_m, &ahead.covariance_m2);
-        let corrected = correct_polar(position, covariance, &vectors, &variances).0;
-        let corrected = corrected.checked().map_err(StepError::Correction)?;
+        let corrected = corrected(&ahead.position_m, &ahead.covariance_m2, &vectors)?;
         let expected = predict(ahead.position_m, [0.0; 3]).measurement;
         let innovation = innovations(&vectors.measured, &expected);
-        Likelihood::new(innovation, &vectors, &corrected, corrected.nis).ok_or(spoilt)
+        Likelihood::new(
+            innovation,
+            &vectors,
+            corrected.nis,
+            corrected.ln_root,
+            corrected.nis,
+        )
+        .ok_or(spoilt)
     }
 
     fn ahead(&self, time_us: u64) -> Result<Estimate, StepError> {
-        let latest = self.latest.as_ref().ok_or(StepError::NotStarted)?;
-        let mut fix = extrapolate(latest, self.before.as_ref(), self.population, time_us);
+        let latest = self.past.latest.as_ref().ok_or(StepError::NotStarted)?;
+        let mut fix = extrapolate(
+            latest,
+            self.past.before.as_ref(),
+            self.model.population,
+            time_us,
+        );
         let mut covariance = fix.covariance.into();
         let variance_max = POSITION_SIGMA_MAX_M * POSITION_SIGMA_MAX_M;
         if make_definite(&mut covariance).is_err()
@@ -211,7 +202,7 @@ impl<'a> Memoryless<'a> {
             return Err(StepError::Lost);
         }
         fix.covariance = covariance.into();
-        Ok(estimate(&fix, 0.0, Mode::Coasting))
+        Ok(estimate(&fix, Outcome::uncorrected(Mode::Coasting)))
     }
 
     /// Mean (m) and covariance (m^2) of the networks' outputs for two measurements.
@@ -221,23 +212,23 @@ impl<'a> Memoryless<'a> {
         current: &Plot,
         age_s: f32,
     ) -> (Vector3<f32>, Matrix3<f32>) {
-        let layout = self.blob.features();
+        let layout = self.model.blob.features();
         let mut inputs = features(layout, previous, current, age_s);
-        normalise(layout, self.blob.input_normalisation(), &mut inputs);
+        normalise(layout, self.model.blob.input_normalisation(), &mut inputs);
         let inputs = &inputs[..layout.len()];
         let (passes, sampling) = (self.settings.passes, Sampling::Activations);
         let mut mean = Vector3::zeros();
         let mut covariance = Matrix3::zeros();
-        for (axis, view) in self.blob.networks().enumerate() {
+        for (axis, view) in self.model.blob.networks().enumerate() {
             let network = Network::new(view);
-            if self.blob.network_count() == 1 {
+            if self.model.blob.network_count() == 1 {
                 let joint = moments::<3>(
                     &network,
                     inputs,
                     passes,
                     sampling,
-                    &mut self.rng,
-                    &mut self.scratch,
+                    self.rng,
+                    &mut self.workspace.scratch,
                 );
                 mean = Vector3::from(joint.mean);
                 covariance = Matrix3::from_fn(|i, j| joint.covariance[i][j]);
@@ -247,14 +238,14 @@ impl<'a> Memoryless<'a> {
                     inputs,
                     passes,
                     sampling,
-                    &mut self.rng,
-                    &mut self.scratch,
+                    self.rng,
+                    &mut self.workspace.scratch,
                 );
                 mean[axis] = single.mean[0];
                 covariance[(axis, axis)] = single.covariance[0][0];
             }
         }
-        let output = self.blob.output_normalisation();
+        let output = self.model.blob.output_normalisation();
         let scale = |axis: usize| output.get(2 * axis + 1);
         let position = Vector3::from_fn(|axis, _| output.get(2 * axis) + scale(axis) * mean[axis]);
         let covariance = Matrix3::from_fn(|i, j| covariance[(i, j)] * scale(i) * scale(j))
@@ -263,19 +254,34 @@ impl<'a> Memoryless<'a> {
     }
 }
 
+/// The polar correction of a position, sound.
+fn corrected(
+    position: &[f32; 3],
+    covariance: &[[f32; 3]; 3],
+    vectors: &Vectors<f32>,
+) -> Result<Corrected<f32, 3>, StepError> {
+    let variances = vectors.sigmas.map(|sigma| sigma * sigma);
+    let mut corrected = Corrected::before(position, covariance);
+    correct_polar(&mut corrected, vectors, &variances);
+    corrected.check().map_err(StepError::Correction)?;
+    Ok(corrected)
+}
+
 fn normalise(layout: FeatureLayout, pairs: Floats<'_>, inputs: &mut [f32; FEATURES_MAX]) {
     for (i, input) in inputs.iter_mut().enumerate().take(layout.len()) {
         *input = (*input - pairs.get(2 * i)) * pairs.get(2 * i + 1);
     }
 }
 
-fn estimate(fix: &Fix, nis: f32, mode: Mode) -> Estimate {
+/// A fix as an estimate.
+pub(crate) fn estimate(fix: &Fix, outcome: Outcome) -> Estimate {
+    let Outcome { nis, mode, doubt } = outcome;
     Estimate {
         time_us: fix.time_us,
         position_m: fix.position.into(),
         covariance_m2: core::array::from_fn(|i| core::array::from_fn(|j| fix.covariance[(i, j)])),
         nis: nis.min(NIS_MAX),
-        doubt: Doubt::NONE,
+        doubt,
         mode,
         outside: false,
         motion: None,

@@ -63,10 +63,25 @@ pub fn separate_moments<const N: usize>(
     rng: &mut impl Rng,
     scratch: &mut Scratch,
 ) -> ([f32; N], [f32; N]) {
+    let (mut mean, mut variance) = ([0.0; N], [0.0; N]);
+    let into = (&mut mean, &mut variance);
+    separate_moments_into(network, inputs, passes, rng, scratch, into);
+    (mean, variance)
+}
+
+/// [`separate_moments`] in the caller's memory.
+pub fn separate_moments_into<const N: usize>(
+    network: &Network<'_>,
+    inputs: &[f32],
+    passes: u16,
+    rng: &mut impl Rng,
+    scratch: &mut Scratch,
+    (first, second): (&mut [f32; N], &mut [f32; N]),
+) {
     network.prepare(inputs, scratch);
     let mut origin = [0.0; N];
-    let mut first = [0.0; N];
-    let mut second = [0.0; N];
+    first.fill(0.0);
+    second.fill(0.0);
     let mut left = usize::from(passes);
     while left > 0 {
         let outputs = network.sampled_passes(scratch, rng);
@@ -84,9 +99,10 @@ pub fn separate_moments<const N: usize>(
     }
     let count = f32::from(passes);
     let degrees = f32::from(passes.max(2) - 1);
-    let mean = core::array::from_fn(|i| origin[i] + first[i] / count);
-    let variance = core::array::from_fn(|i| (second[i] - first[i] * first[i] / count) / degrees);
-    (mean, variance)
+    for i in 0..N {
+        second[i] = (second[i] - first[i] * first[i] / count) / degrees;
+        first[i] = origin[i] + first[i] / count;
+    }
 }
 
 /// Sums of differences from the first sample, which keeps f32 exact enough: the spread of the

@@ -17,7 +17,7 @@ pub struct ForecastFrame {
 }
 
 /// A position at a time; frame as in [`Measurement`](crate::Measurement).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PlaceFrame {
     /// Microseconds.
     pub time_us: u64,

@@ -217,6 +217,7 @@ impl From<StepError> for RefusalCode {
             StepError::TimeWentBack { .. } | StepError::TimeTooFarAhead { .. } => Self::Time,
             StepError::Lost => Self::Lost,
             StepError::NotStarted => Self::NotStarted,
+            StepError::OtherModel => Self::Settings,
             StepError::NetworkNotFinite | StepError::Correction(_) => Self::Numerical,
         }
     }

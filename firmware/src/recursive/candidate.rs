@@ -10,9 +10,11 @@
 //! A candidate is predicted without the network, so a rejected measurement costs little more than
 //! one that is used.
 
+use super::correction::correct_soundly;
 use super::population::{Base, Population};
-use super::track::Track;
+use super::target::Target;
 use crate::clock::seconds_between;
+use crate::ekf::Corrected;
 use crate::measurement::{Measurement, Vectors};
 
 /// Measurements that must agree before a candidate takes over, its first one included.
@@ -31,9 +33,9 @@ pub const UNSURE_MAX: f32 = 2.0;
 /// A track that may take over.
 #[derive(Clone, Copy, Debug)]
 pub struct Candidate {
-    track: Track,
-    agreeing: u8,
-    misses: u8,
+    pub(crate) target: Target,
+    pub(crate) agreeing: u8,
+    pub(crate) misses: u8,
 }
 
 /// What a rejected measurement did to the candidate.
@@ -48,41 +50,47 @@ pub enum Verdict {
 }
 
 impl Candidate {
-    /// A candidate from its first measurement, if a track can start from it.
-    pub fn start(measurement: &Measurement, prior: &Population<f32>) -> Option<Self> {
+    /// A candidate from its first measurement, if a target can start from it; `room` is overwritten.
+    pub fn start(
+        measurement: &Measurement,
+        prior: &Population<f32>,
+        room: &mut Target,
+    ) -> Option<Self> {
+        room.start(measurement, prior).ok()?;
         Some(Self {
-            track: Track::start(measurement, prior).ok()?,
+            target: *room,
             agreeing: 1,
             misses: 0,
         })
     }
 
-    /// A track that was replaced.
-    pub fn deposed(track: Track) -> Self {
-        Self {
-            track,
-            agreeing: 0,
-            misses: 0,
-        }
+    /// Takes the place of `target`, which is the candidate from now on.
+    pub fn depose(&mut self, target: &mut Target) {
+        core::mem::swap(&mut self.target, target);
+        self.agreeing = 0;
+        self.misses = 0;
     }
 
-    /// The track.
-    pub fn track(&self) -> &Track {
-        &self.track
+    /// The target.
+    pub fn target(&self) -> &Target {
+        &self.target
     }
 
-    /// Compares a measurement with the candidate, and takes it in if it agrees.
+    /// Compares a measurement with the candidate, and takes it in if it agrees; `moved` is overwritten.
+    // Its correction is off the stack before another candidate starts.
+    #[inline(never)]
     pub fn meet(
         &mut self,
         measurement: &Measurement,
         base: &Base<f32>,
         population: &Population<f32>,
+        moved: &mut Target,
     ) -> Verdict {
-        let elapsed_s = seconds_between(self.track.time_us, measurement.time_us);
+        let elapsed_s = seconds_between(self.target.time_us, measurement.time_us);
         if elapsed_s > AGE_MAX_S {
             return Verdict::Over;
         }
-        let mut moved = self.track;
+        moved.copy_from(&self.target);
         moved.seen_from(measurement.sensor.position_m);
         moved.drift(measurement.time_us, base);
         let unsure_max = UNSURE_MAX * population.range_sigma_m;
@@ -92,8 +100,10 @@ impl Candidate {
         let vectors = Vectors::from(measurement);
         let sensor_mps = measurement.sensor.velocity_mps;
         moved.relative_to(sensor_mps);
-        let agreed = match moved.corrected(&vectors, [1.0; 3]) {
-            Some((corrected, whitened)) if corrected.nis < AGREEMENT_NIS => {
+        let mut corrected = Corrected::new();
+        corrected.begin(&moved.state, &moved.covariance);
+        let agreed = match correct_soundly(&mut corrected, &vectors, [1.0; 3]) {
+            Some(whitened) if corrected.nis < AGREEMENT_NIS => {
                 moved.take(&corrected);
                 moved.over_ground(sensor_mps);
                 moved.memory.measured(whitened, &vectors);
@@ -113,7 +123,7 @@ impl Candidate {
                 Verdict::Over
             };
         }
-        self.track = moved;
+        self.target.copy_from(moved);
         self.misses = 0;
         self.agreeing = self.agreeing.saturating_add(1);
         if self.agreeing >= AGREEING {
@@ -155,26 +165,41 @@ mod tests {
         }
     }
 
+    fn room() -> Target {
+        Target::NONE
+    }
+
+    fn deposed(mut target: Target) -> Candidate {
+        let mut candidate = candidate();
+        candidate.depose(&mut target);
+        candidate
+    }
+
     fn candidate() -> Candidate {
-        Candidate::start(&seen(0, 33.0, 0.5), &population()).expect("a direction")
+        Candidate::start(&seen(0, 33.0, 0.5), &population(), &mut room()).expect("a direction")
     }
 
     fn candidate_start_velocity() -> [f32; 3] {
-        candidate().track().velocity()
+        candidate().target().velocity()
     }
 
     #[test]
     fn three_that_agree_are_enough() {
         let mut candidate = candidate();
         let meet = |candidate: &mut Candidate, time_us| {
-            candidate.meet(&seen(time_us, 33.05, 0.5), &base(), &population())
+            candidate.meet(
+                &seen(time_us, 33.05, 0.5),
+                &base(),
+                &population(),
+                &mut room(),
+            )
         };
         assert_eq!(meet(&mut candidate, 100_000), Verdict::Wait);
         assert_eq!(meet(&mut candidate, 200_000), Verdict::Agreed);
-        assert_eq!(candidate.track().used, 3);
-        assert_eq!(candidate.track().time_us, 200_000);
+        assert_eq!(candidate.target().used, 3);
+        assert_eq!(candidate.target().time_us, 200_000);
         // What the network will read of it is of now, not of its first guess.
-        let memory = &candidate.track().memory;
+        let memory = &candidate.target().memory;
         assert!((memory.age_s - 0.2).abs() < 1e-6);
         assert!(memory.velocity_means[0] != candidate_start_velocity());
     }
@@ -184,16 +209,16 @@ mod tests {
         let mut candidate = candidate();
         let elsewhere = |time_us| seen(time_us, 50.0, -2.0);
         assert_eq!(
-            candidate.meet(&elsewhere(100_000), &base(), &population()),
+            candidate.meet(&elsewhere(100_000), &base(), &population(), &mut room()),
             Verdict::Wait
         );
         let there = seen(200_000, 33.0, 0.5);
         assert_eq!(
-            candidate.meet(&there, &base(), &population()),
+            candidate.meet(&there, &base(), &population(), &mut room()),
             Verdict::Wait
         );
         for (time_us, verdict) in [(300_000, Verdict::Wait), (400_000, Verdict::Over)] {
-            let met = candidate.meet(&elsewhere(time_us), &base(), &population());
+            let met = candidate.meet(&elsewhere(time_us), &base(), &population(), &mut room());
             assert_eq!(met, verdict);
         }
     }
@@ -202,12 +227,12 @@ mod tests {
     fn what_is_old_or_unsure_agrees_with_nothing() {
         let there = |time_us| seen(time_us, 33.0, 0.5);
         assert_eq!(
-            candidate().meet(&there(5_100_000), &base(), &population()),
+            candidate().meet(&there(5_100_000), &base(), &population(), &mut room()),
             Verdict::Over
         );
         // Two seconds at 10 m/s a component leave 35 m, more than twice 6 m.
         assert_eq!(
-            candidate().meet(&there(2_000_000), &base(), &population()),
+            candidate().meet(&there(2_000_000), &base(), &population(), &mut room()),
             Verdict::Over
         );
         let wide = Population {
@@ -215,29 +240,32 @@ mod tests {
             ..population()
         };
         assert_eq!(
-            candidate().meet(&there(2_000_000), &base(), &wide),
+            candidate().meet(&there(2_000_000), &base(), &wide, &mut room()),
             Verdict::Wait
         );
     }
 
     #[test]
     fn a_deposed_track_needs_three_again() {
-        let mut old = Candidate::deposed(*candidate().track());
+        let mut old = deposed(*candidate().target());
         for (step, verdict) in [Verdict::Wait, Verdict::Wait, Verdict::Agreed]
             .into_iter()
             .enumerate()
         {
             let there = seen(100_000 * (step as u64 + 1), 33.0, 0.5);
-            assert_eq!(old.meet(&there, &base(), &population()), verdict);
+            assert_eq!(
+                old.meet(&there, &base(), &population(), &mut room()),
+                verdict
+            );
         }
-        assert_eq!(old.track().used, 4);
+        assert_eq!(old.target().used, 4);
     }
 
     /// Twice 6 m is 12 m: a sum of variances of 144 m^2 may agree, more may not.
     #[test]
     fn unsure_and_old_end_where_they_are_said_to() {
         let unsure = |variance: f32, time_us, range_sigma_m| {
-            let mut track = *candidate().track();
+            let mut track = *candidate().target();
             for axis in 0..3 {
                 track.covariance[axis] = [0.0; 9];
                 track.covariance[axis][axis] = variance / 3.0;
@@ -247,7 +275,7 @@ mod tests {
                 range_sigma_m,
                 ..population()
             };
-            Candidate::deposed(track).meet(&there, &base(), &population)
+            deposed(track).meet(&there, &base(), &population, &mut room())
         };
         assert_eq!(unsure(144.0, 0, 6.0), Verdict::Wait);
         assert_eq!(unsure(145.0, 0, 6.0), Verdict::Over);
@@ -259,9 +287,9 @@ mod tests {
     #[test]
     fn no_time_is_no_step() {
         let mut candidate = candidate();
-        let met = candidate.meet(&seen(0, 33.0, 0.5), &base(), &population());
-        assert_eq!((met, candidate.track().used), (Verdict::Wait, 2));
-        let memory = &candidate.track().memory;
+        let met = candidate.meet(&seen(0, 33.0, 0.5), &base(), &population(), &mut room());
+        assert_eq!((met, candidate.target().used), (Verdict::Wait, 2));
+        let memory = &candidate.target().memory;
         assert_eq!(memory.age_s, 0.0);
         let means = memory.velocity_means.as_flattened();
         assert!(means.iter().all(|mean| mean.is_finite()));

@@ -25,8 +25,9 @@ pub fn features<S: Scalar>(
     let c = S::constant;
     let velocity = sight.level([state[3], state[4], state[5]]);
     let acceleration = sight.level([state[6], state[7], state[8]]);
+    let mut list = [c(0.0); FEATURES];
     let mut writer = Writer {
-        list: [c(0.0); FEATURES],
+        list: &mut list,
         filled: 0,
     };
     writer.all([sight.range_m, state[2]]);
@@ -67,15 +68,15 @@ pub fn features<S: Scalar>(
         (dot(a, a) + c(0.1)).ln(),
     ]);
     writer.all(memory.notes);
-    writer.list
+    list
 }
 
-struct Writer<S> {
-    list: [S; FEATURES],
+struct Writer<'l, S> {
+    list: &'l mut [S; FEATURES],
     filled: usize,
 }
 
-impl<S: Scalar> Writer<S> {
+impl<S: Scalar> Writer<'_, S> {
     fn all<const N: usize>(&mut self, values: [S; N]) {
         self.list[self.filled..self.filled + N].copy_from_slice(&values);
         self.filled += N;

@@ -34,15 +34,15 @@ const SCALE: (f32, f32) = (0.2, 5.0);
 #[derive(Clone, Copy, Debug)]
 pub struct Foresight {
     /// When the open forecast is due, microseconds; none is open at [`NONE`].
-    due_us: u64,
+    pub(crate) due_us: u64,
     /// Where the target is to be, m, from the sensor as the track's position.
-    position_m: [f32; 3],
+    pub(crate) position_m: [f32; 3],
     /// Sum of its variances, m^2.
-    variance_m2: f32,
+    pub(crate) variance_m2: f32,
     /// Squares that were found, each in its forecast's variance.
-    found: f32,
+    pub(crate) found: f32,
     /// What they were expected to be.
-    expected: f32,
+    pub(crate) expected: f32,
 }
 
 /// No forecast is open.
@@ -59,6 +59,17 @@ impl Foresight {
         found: 0.0,
         expected: 0.0,
     };
+
+    /// Whether a track can have come to this.
+    pub(crate) fn is_sound(&self) -> bool {
+        let sums = 1.01 / (1.0 - KEPT);
+        self.due_us != NEVER
+            && self.position_m.iter().all(|x| x.is_finite())
+            && self.variance_m2 >= 0.0
+            && self.variance_m2.is_finite()
+            && (0.0..=SQUARE_MAX * sums).contains(&self.found)
+            && (0.0..=sums).contains(&self.expected)
+    }
 
     /// Whether the next forecast is to be written down.
     pub fn is_idle(&self) -> bool {

@@ -8,6 +8,7 @@ use super::mixture::Mixture;
 use super::motion::add_noise;
 use super::sight::LineOfSight;
 use super::state::{Covariance, State};
+use crate::ekf::Corrected;
 use crate::measurement::Vectors;
 use crate::scalar::Scalar;
 
@@ -36,8 +37,9 @@ impl<S: Scalar> Interval<S> {
         add_noise(covariance, &self.sight, &extra, self.dt_s);
     }
 
-    /// Corrects a predicted state under every hypothesis and merges what comes of it. Also returns
-    /// the innovations whitened as the network expects them. Nothing is checked.
+    /// Corrects a predicted state under every hypothesis and merges what comes of it in `mixture`, which
+    /// is [`Mixture::before`] of the state. Returns the innovations whitened as the network expects
+    /// them. Nothing is checked.
     pub fn weigh(
         &self,
         state: &State<S>,
@@ -45,21 +47,25 @@ impl<S: Scalar> Interval<S> {
         vectors: &Vectors<S>,
         hypotheses: &Hypotheses<S>,
         odds: &[S; HYPOTHESES],
-    ) -> (Mixture<S>, [S; 4]) {
-        let (nominal, whitened) = correct(state, covariance, vectors, self.sensor_scale);
-        let mut mixture = Mixture::of(NOMINAL, odds[NOMINAL], nominal);
+        mixture: &mut Mixture<S>,
+    ) -> [S; 4] {
+        let whitened = correct(&mut mixture.corrected, vectors, self.sensor_scale);
+        mixture.begin(NOMINAL, odds[NOMINAL]);
+        // One place for all of them: each would weigh on the stack.
+        let mut part = Corrected::new();
         for (number, manoeuvre) in (NOMINAL + 1..).zip(&hypotheses.manoeuvres) {
-            let mut wider = *covariance;
+            part.begin(state, covariance);
             let extra = manoeuvre.extra(&self.noise);
-            add_noise(&mut wider, &self.sight, &extra, self.dt_s);
-            let (corrected, _) = correct(state, &wider, vectors, self.sensor_scale);
-            mixture.join(number, odds[number], &corrected);
+            add_noise(&mut part.covariance, &self.sight, &extra, self.dt_s);
+            correct(&mut part, vectors, self.sensor_scale);
+            mixture.join(number, odds[number], &part);
         }
         let blunt = |scale| scale * hypotheses.outlier_variance;
         let scale = self.sensor_scale.map(blunt);
-        let (corrected, _) = correct(state, covariance, vectors, scale);
-        mixture.join(OUTLIER, odds[OUTLIER], &corrected);
-        (mixture, whitened)
+        part.begin(state, covariance);
+        correct(&mut part, vectors, scale);
+        mixture.join(OUTLIER, odds[OUTLIER], &part);
+        whitened
     }
 }
 
@@ -96,7 +102,15 @@ mod tests {
         measured[2] += 5.0;
         let vectors = Vectors::whole(measured, [0.05, 0.04, 2.0, 0.3]);
         let odds = [0.4, 0.3, 0.2, 0.1];
-        let (got, whitened) = interval.weigh(&STATE, &covariance(), &vectors, &hypotheses, &odds);
+        let mut got = Mixture::before(&STATE, &covariance());
+        let whitened = interval.weigh(
+            &STATE,
+            &covariance(),
+            &vectors,
+            &hypotheses,
+            &odds,
+            &mut got,
+        );
         let widened = |k: usize| {
             let mut wider = covariance();
             if let Some(manoeuvre) = hypotheses.manoeuvres.get(k.wrapping_sub(1)) {
@@ -111,8 +125,11 @@ mod tests {
         };
         let outlier = [1.5, 0.5, 3.0].map(|scale| scale * hypotheses.outlier_variance);
         let scales = [[1.5, 0.5, 3.0], [1.5, 0.5, 3.0], [1.5, 0.5, 3.0], outlier];
-        let parts: [_; HYPOTHESES] =
-            core::array::from_fn(|k| correct(&STATE, &widened(k), &vectors, scales[k]));
+        let parts: [_; HYPOTHESES] = core::array::from_fn(|k| {
+            let mut part = Corrected::before(&STATE, &widened(k));
+            let whitened = correct(&mut part, &vectors, scales[k]);
+            (part, whitened)
+        });
         let raw: [f64; HYPOTHESES] =
             core::array::from_fn(|k| odds[k] * (-0.5 * parts[k].0.nis - parts[k].0.ln_root).exp());
         let total: f64 = raw.iter().sum();

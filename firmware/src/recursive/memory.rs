@@ -37,6 +37,21 @@ pub struct Memory<S> {
     pub counts: [S; HYPOTHESES],
 }
 
+impl Memory<f32> {
+    /// Of no flight.
+    pub const NONE: Self = Self {
+        innovation: [0.0; 4],
+        drift: [0.0; 4],
+        squares: [0.0; 4],
+        ln_sigmas: [0.0; 4],
+        coast_s: 0.0,
+        age_s: 0.0,
+        velocity_means: [[0.0; 3]; MEANS],
+        notes: [0.0; NOTES],
+        counts: [0.0; HYPOTHESES],
+    };
+}
+
 impl<S: Scalar> Memory<S> {
     /// The memory after the first measurement; `sigmas` in the order elevation, azimuth, range,
     /// range-rate.

@@ -1,6 +1,7 @@
 //! Corrections under several hypotheses, merged by their moments.
 
 use super::hypotheses::{HYPOTHESES, NOMINAL, OUTLIER};
+use super::state::{Covariance, State};
 use crate::ekf::Corrected;
 use crate::estimate::Doubt;
 use crate::scalar::Scalar;
@@ -20,15 +21,34 @@ pub struct Mixture<S> {
 }
 
 impl<S: Scalar> Mixture<S> {
-    /// One hypothesis alone.
-    pub fn of(number: usize, odds: S, corrected: Corrected<S, 9>) -> Self {
-        let mut shares = [S::constant(0.0); HYPOTHESES];
-        shares[number] = S::constant(1.0);
+    /// Room for one.
+    #[inline]
+    pub fn new() -> Self {
+        let zero = S::constant(0.0);
         Self {
-            ln_likelihood: ln_likelihood(odds, &corrected),
-            corrected,
-            shares,
+            corrected: Corrected {
+                state: [zero; 9],
+                covariance: [[zero; 9]; 9],
+                nis: zero,
+                ln_root: zero,
+            },
+            shares: [zero; HYPOTHESES],
+            ln_likelihood: zero,
         }
+    }
+
+    /// A state that no hypothesis corrected yet.
+    pub fn before(state: &State<S>, covariance: &Covariance<S>) -> Self {
+        let mut mixture = Self::new();
+        mixture.corrected.begin(state, covariance);
+        mixture
+    }
+
+    /// Says which hypothesis, alone, `corrected` is the correction under.
+    pub fn begin(&mut self, number: usize, odds: S) {
+        self.shares = [S::constant(0.0); HYPOTHESES];
+        self.shares[number] = S::constant(1.0);
+        self.ln_likelihood = ln_likelihood(odds, &self.corrected);
     }
 
     /// Joins another hypothesis. Merging by moments does not depend on the order.
@@ -56,6 +76,12 @@ impl<S: Scalar> Mixture<S> {
                 own.covariance[j][i] = value;
             }
         }
+    }
+}
+
+impl<S: Scalar> Default for Mixture<S> {
+    fn default() -> Self {
+        Self::new()
     }
 }
 
@@ -88,12 +114,20 @@ mod tests {
         }
     }
 
+    /// One hypothesis alone.
+    fn of(number: usize, odds: f64, corrected: Corrected<f64, 9>) -> Mixture<f64> {
+        let mut mixture = Mixture::before(&corrected.state, &corrected.covariance);
+        mixture.corrected = corrected;
+        mixture.begin(number, odds);
+        mixture
+    }
+
     /// The definition: weights by likelihood, mean, covariance within and between.
     #[test]
     fn the_merged_moments_are_those_of_the_mixture() {
         let odds = [0.5, 0.3, 0.15, 0.05];
         let parts: [_; HYPOTHESES] = core::array::from_fn(|k| corrected(k as u64));
-        let mut mixture = Mixture::of(0, odds[0], parts[0]);
+        let mut mixture = of(0, odds[0], parts[0]);
         for k in 1..HYPOTHESES {
             mixture.join(k, odds[k], &parts[k]);
         }
@@ -127,7 +161,7 @@ mod tests {
     fn an_impossible_hypothesis_counts_for_nothing() {
         let mut impossible = corrected(1);
         impossible.nis = 1e8;
-        let mut mixture = Mixture::of(0, 0.99, corrected(0));
+        let mut mixture = of(0, 0.99, corrected(0));
         mixture.join(1, 0.01, &impossible);
         assert!(mixture.shares[1] < 1e-25);
         for i in 0..9 {
@@ -145,7 +179,7 @@ mod tests {
             nis: 0.0,
             ln_root: 0.0,
         };
-        let mut mixture = Mixture::of(0, 0.5, single);
+        let mut mixture = Mixture::before(&single.state, &single.covariance);
         mixture.shares = [0.4, 0.25, 0.125, 0.225];
         let doubt = mixture.doubt();
         assert_eq!((doubt.manoeuvre, doubt.outlier), (0.375, 0.225));

@@ -65,31 +65,32 @@ impl<S: Scalar> Transition<S> {
     }
 }
 
-/// Moves a state and its covariance ahead by `dt_s`.
+/// Moves a state and its covariance ahead by `dt_s`, in place.
 pub fn predict<S: Scalar>(
-    state: &State<S>,
-    covariance: &Covariance<S>,
+    state: &mut State<S>,
+    covariance: &mut Covariance<S>,
     sight: &LineOfSight<S>,
     schedule: &Schedule<S>,
     dt_s: S,
-) -> (State<S>, Covariance<S>) {
+) {
     let transition = Transition::new(schedule, dt_s);
-    let mut moved = transition.apply(state);
+    *state = transition.apply(state);
     let jerk = sight.world(schedule.jerk_mps3);
     for axis in 0..3 {
-        moved[3 + axis] = moved[3 + axis] + transition.f2 * jerk[axis];
-        moved[6 + axis] = moved[6 + axis] + transition.f1 * jerk[axis];
+        state[3 + axis] = state[3 + axis] + transition.f2 * jerk[axis];
+        state[6 + axis] = state[6 + axis] + transition.f1 * jerk[axis];
     }
     // F P, then F (F P)': two passes over columns, the second on rows of the first.
-    // A symmetric covariance has its columns as rows, so `half[i]` is column i of F P.
-    let half = covariance.map(|column| transition.apply(&column));
-    let mut spread = [[S::constant(0.0); 9]; 9];
-    for row in 0..9 {
-        let values = transition.apply(&core::array::from_fn(|column| half[column][row]));
-        spread[row][..=row].copy_from_slice(&values[..=row]);
+    // A symmetric covariance has its columns as rows, so then row i holds column i of F P.
+    for column in covariance.iter_mut() {
+        *column = transition.apply(column);
     }
-    add_noise(&mut spread, sight, &schedule.noise, dt_s);
-    (moved, spread)
+    // What a row takes the place of, its diagonal and what is left of it, no later row reads.
+    for row in 0..9 {
+        let values = transition.apply(&core::array::from_fn(|column| covariance[column][row]));
+        covariance[row][..=row].copy_from_slice(&values[..=row]);
+    }
+    add_noise(covariance, sight, &schedule.noise, dt_s);
 }
 
 /// Adds process noise to the lower triangle, and makes the upper one its mirror image.
@@ -148,6 +149,18 @@ mod tests {
 
     type Matrix9 = SMatrix<f64, 9, 9>;
     type Vector9 = SVector<f64, 9>;
+
+    fn predict(
+        state: &State<f64>,
+        covariance: &Covariance<f64>,
+        sight: &LineOfSight<f64>,
+        schedule: &Schedule<f64>,
+        dt_s: f64,
+    ) -> (State<f64>, Covariance<f64>) {
+        let (mut state, mut covariance) = (*state, *covariance);
+        super::predict(&mut state, &mut covariance, sight, schedule, dt_s);
+        (state, covariance)
+    }
 
     fn sight() -> LineOfSight<f64> {
         LineOfSight::to([20.0, 10.0, 8.0])

@@ -1,7 +1,7 @@
 //! The filter around the network: start, predict, gate, correct, agree, settle.
 
 use super::candidate::{AGREEING, Candidate, Verdict};
-use super::correction::GATE_NIS;
+use super::correction::{GATE_NIS, correct_soundly};
 use super::envelope::Envelope;
 use super::factor::Factor;
 use super::features::{FEATURE_LIMIT, FEATURES, features};
@@ -11,21 +11,22 @@ use super::interval::Interval;
 use super::memory::NOTES;
 use super::mixture::Mixture;
 use super::parameters::Parameters;
-use super::population::Population;
+use super::population::{Base, Population};
 use super::schedule::{JERK_OUTPUT, JERK_SCALE, NOTE_OUTPUT, OUTPUTS, SCHEDULE, Schedule};
 use super::sight::LineOfSight;
-use super::track::Track;
+use super::target::Target;
 use crate::blob::Blob;
 use crate::clock::seconds_between;
 use crate::ekf::EkfError;
-use crate::estimate::{Doubt, Estimate, Mode, NIS_MAX};
+use crate::estimate::{Doubt, Estimate, Mode, NIS_MAX, Outcome};
 use crate::likelihood::Likelihood;
 use crate::measurement::{Measurement, Vectors};
-use crate::network::monte_carlo::separate_moments;
-use crate::network::{Network, Scratch};
-use crate::rng::{Generator, seeded};
+use crate::network::Network;
+use crate::network::monte_carlo::separate_moments_into;
+use crate::rng::Generator;
 use crate::settings::Settings;
 use crate::step_error::StepError;
+use crate::workspace::Workspace;
 
 /// Longest time that one schedule is used for, s; longer gaps are predicted in equal parts.
 const INTERVAL_MAX_S: f32 = 0.25;
@@ -43,29 +44,96 @@ const SUSPECT: f32 = 0.5;
 /// over: nearer than that it is the same target, under a sensor that is worse than it says.
 const APART: f32 = 3.0;
 /// Whitened innovations of rejected measurements are remembered within this many deviations.
-const WHITENED_MAX: f32 = 1e3;
+pub(crate) const WHITENED_MAX: f32 = 1e3;
 
-/// A nine-state filter over one target, driven by the network of a recursive blob.
-pub(crate) struct Recursive<'a> {
-    blob: Blob<'a>,
-    settings: Settings,
+/// A recursive blob, and what of it is asked at every step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Model<'a> {
+    pub(crate) blob: Blob<'a>,
     parameters: Parameters<f32>,
     envelope: Envelope,
-    rng: Generator,
-    scratch: Scratch,
-    track: Option<Track>,
-    /// Measurements in a row that the track rejected or suspected.
-    rejections: u8,
-    candidate: Option<Candidate>,
 }
 
-/// What a [`Recursive`] knows at one time.
-#[derive(Clone)]
-pub(crate) struct Snapshot {
-    rng: Generator,
-    track: Option<Track>,
-    rejections: u8,
-    candidate: Option<Candidate>,
+impl<'a> Model<'a> {
+    /// Reads what surrounds the network.
+    pub fn new(blob: Blob<'a>) -> Self {
+        let parameters = Parameters::read(blob.parameters());
+        Self {
+            blob,
+            envelope: Envelope::of(&parameters.bounds, &parameters.population),
+            parameters,
+        }
+    }
+}
+
+/// What is known of one target.
+#[derive(Clone, Debug)]
+pub(crate) struct Belief {
+    pub(crate) target: Option<Target>,
+    /// Measurements in a row that the track rejected or suspected.
+    pub(crate) rejections: u8,
+    pub(crate) candidate: Option<Candidate>,
+}
+
+impl Belief {
+    /// Nothing.
+    pub const NONE: Self = Self {
+        target: None,
+        rejections: 0,
+        candidate: None,
+    };
+
+    /// Forgets the target.
+    pub fn forget(&mut self) {
+        self.target = None;
+        self.rejections = 0;
+        self.candidate = None;
+    }
+
+    /// Knows this target from now on.
+    fn hold(&mut self, target: &Target) {
+        match &mut self.target {
+            Some(held) => held.copy_from(target),
+            none => first(none, target),
+        }
+    }
+
+    /// Forgets what the network noted for itself.
+    pub fn forget_notes(&mut self) {
+        let candidate = self.candidate.as_mut().map(|c| &mut c.target);
+        for target in self.target.iter_mut().chain(candidate) {
+            target.memory.notes = [0.0; NOTES];
+        }
+    }
+}
+
+/// Puts a target where there was none.
+// Apart: it goes by the stack.
+#[inline(never)]
+fn first(place: &mut Option<Target>, target: &Target) {
+    *place = Some(*target);
+}
+
+/// Puts a candidate in the place of another.
+// Apart: it goes by the stack.
+#[inline(never)]
+fn renew(
+    place: &mut Option<Candidate>,
+    measurement: &Measurement,
+    prior: &Population<f32>,
+    room: &mut Target,
+) {
+    *place = Candidate::start(measurement, prior, room);
+}
+
+/// A nine-state filter over one target, driven by the network of a recursive blob: what one call of it
+/// works with. The target moves in the workspace, so that a call that is refused leaves no trace.
+pub(crate) struct Recursive<'r, 'a> {
+    pub model: &'r Model<'a>,
+    pub settings: &'r Settings,
+    pub rng: &'r mut Generator,
+    pub belief: &'r mut Belief,
+    pub workspace: &'r mut Workspace,
 }
 
 /// What one answer of the network means after the prediction.
@@ -76,7 +144,7 @@ struct Step {
     notes: [f32; NOTES],
 }
 
-/// What a track moves by.
+/// What a target moves by.
 #[derive(Clone, Copy)]
 struct Answer {
     schedule: Schedule<f32>,
@@ -86,11 +154,19 @@ struct Answer {
     notes: [f32; NOTES],
 }
 
+/// What a measurement and a prediction make of each other.
+struct Comparison {
+    /// Normalised innovation squared.
+    nis: f32,
+    /// What the measurement says against the model; `None` if it was not used.
+    doubt: Option<Doubt>,
+}
+
 impl Answer {
-    /// A model that no network was asked for.
-    fn unasked(schedule: Schedule<f32>) -> Self {
+    /// Before anything was asked.
+    fn of(base: &Base<f32>) -> Self {
         Self {
-            schedule,
+            schedule: Schedule::wide(base),
             factor: None,
             notes: [0.0; NOTES],
         }
@@ -108,308 +184,447 @@ impl Answer {
 }
 
 impl Step {
-    /// Lets a track remember the step.
-    fn remember(&self, track: &mut Track, used: bool) {
+    /// Lets a target remember the step.
+    fn remember(&self, target: &mut Target, used: bool) {
         if self.interval.dt_s > 0.0 {
             let used = f32::from(u8::from(used));
-            let velocity = track.velocity();
-            track
+            let velocity = target.velocity();
+            target
                 .memory
                 .stepped(self.interval.dt_s, used, velocity, &self.notes);
         }
     }
 }
 
-impl<'a> Recursive<'a> {
-    /// A tracker that has seen nothing yet; `settings` fit the blob.
-    pub fn new(blob: Blob<'a>, settings: Settings) -> Self {
-        let parameters = Parameters::read(blob.parameters());
-        Self {
-            blob,
-            settings,
-            envelope: Envelope::of(&parameters.bounds, &parameters.population),
-            parameters,
-            rng: seeded(settings.seed),
-            scratch: Scratch::new(),
-            track: None,
-            rejections: 0,
-            candidate: None,
-        }
-    }
-
-    /// A copy of what it knows.
-    pub fn snapshot(&self) -> Snapshot {
-        Snapshot {
-            rng: self.rng.clone(),
-            track: self.track,
-            rejections: self.rejections,
-            candidate: self.candidate,
-        }
-    }
-
-    /// Goes back to what it knew when `snapshot` was taken.
-    pub fn restore(&mut self, snapshot: &Snapshot) {
-        self.rng = snapshot.rng.clone();
-        self.track = snapshot.track;
-        self.rejections = snapshot.rejections;
-        self.candidate = snapshot.candidate;
-    }
-
-    /// Forgets the target and starts the random stream again.
-    pub fn reset(&mut self) {
-        self.rng = seeded(self.settings.seed);
-        self.forget();
-    }
-
-    fn forget(&mut self) {
-        self.track = None;
-        self.rejections = 0;
-        self.candidate = None;
-    }
-
-    /// The estimate at the time of `measurement`, whose values and time were checked; `anew` when its
-    /// time does not follow the ones before.
-    pub fn step(&mut self, measurement: &Measurement, anew: bool) -> Result<Estimate, StepError> {
-        let Some(mut track) = self.track.filter(|_| !anew) else {
-            return self.start(measurement, Mode::Started);
+impl Recursive<'_, '_> {
+    /// Takes in a measurement, whose values and time were checked; `anew` when its time does not follow
+    /// the ones before.
+    // Apart from its callers: what they hold would add up with what this calls.
+    #[inline(never)]
+    pub fn step(&mut self, measurement: &Measurement, anew: bool) -> Result<Outcome, StepError> {
+        let silent_s = match &self.belief.target {
+            Some(target) if !anew => {
+                target.memory.coast_s + seconds_between(target.time_us, measurement.time_us)
+            }
+            _ => f32::INFINITY,
         };
-        let dt_s = seconds_between(track.time_us, measurement.time_us);
-        if track.memory.coast_s + dt_s > SILENCE_MAX_S {
+        if silent_s > SILENCE_MAX_S {
             return self.start(measurement, Mode::Started);
         }
-        track.seen_from(measurement.sensor.position_m);
-        let step = self.predict(&mut track, measurement.time_us)?;
+        self.set_out()?;
+        self.workspace
+            .target
+            .seen_from(measurement.sensor.position_m);
+        let step = self.predict(measurement.time_us)?;
+        let Comparison { nis, doubt } = self.compare(measurement, &step.interval);
+        let target = &mut self.workspace.target;
+        if !target.settle() {
+            return self.start(measurement, Mode::Restarted);
+        }
+        if doubt.is_some() {
+            let Target {
+                time_us,
+                state,
+                covariance,
+                foresight,
+                ..
+            } = target;
+            foresight.compare(*time_us, state, covariance);
+        }
+        step.remember(target, doubt.is_some());
+        self.belief.hold(target);
+        let (mode, doubt, apart) = match doubt {
+            Some(doubt) if doubt.outlier < SUSPECT => {
+                self.belief.rejections = 0;
+                let mode = Mode::Tracking;
+                return Ok(Outcome { nis, mode, doubt });
+            }
+            // It hardly moved the track, and may be another target: the candidate sees it as well.
+            Some(doubt) => (Mode::Tracking, doubt, APART),
+            None => (Mode::Rejected, Doubt::OUTLIER, 0.0),
+        };
+        if self.is_suspected(measurement, apart) {
+            // The measurement is the new track's own.
+            let (mode, doubt) = (Mode::Restarted, Doubt::NONE);
+            return Ok(Outcome { nis, mode, doubt });
+        }
+        Ok(Outcome { nis, mode, doubt })
+    }
+
+    /// Takes the target that is known along, to be moved.
+    fn set_out(&mut self) -> Result<(), StepError> {
+        let target = self.belief.target.as_ref().ok_or(StepError::NotStarted)?;
+        self.workspace.target.copy_from(target);
+        Ok(())
+    }
+
+    /// Corrects the predicted target with a measurement within the gate, and doubts it otherwise.
+    // The corrections are off the stack before the candidate's turn.
+    #[inline(never)]
+    fn compare(&mut self, measurement: &Measurement, interval: &Interval<f32>) -> Comparison {
+        let target = &mut self.workspace.target;
         let vectors = Vectors::from(measurement);
         let sensor_mps = measurement.sensor.velocity_mps;
-        let hypotheses = &self.parameters.hypotheses;
-        let odds = hypotheses.odds(&track.memory.counts);
+        let hypotheses = &self.model.parameters.hypotheses;
+        let odds = hypotheses.odds(&target.memory.counts);
         let mut nis = NIS_MAX;
-        track.relative_to(sensor_mps);
-        // Not named before: a second mixture would lie on the stack.
-        if let Some((mixture, whitened)) =
-            track.weighed(&vectors, &step.interval, hypotheses, &odds)
+        target.relative_to(sensor_mps);
+        let mut mixture = Mixture::new();
+        mixture.corrected.begin(&target.state, &target.covariance);
+        if let Some(whitened) = target.weighed(&vectors, interval, hypotheses, &odds, &mut mixture)
         {
             nis = mixture.corrected.nis;
             if nis < GATE_NIS as f32 || odds[OUTLIER] < OFTEN_WRONG as f32 {
                 let whitened = whitened.map(|y| y.clamp(-WHITENED_MAX, WHITENED_MAX));
-                track.memory.measured(whitened, &vectors);
+                target.memory.measured(whitened, &vectors);
             } else {
-                track.memory.missed();
+                target.memory.missed();
             }
             if nis < GATE_NIS as f32 {
-                track.take(&mixture.corrected);
-                track.over_ground(sensor_mps);
-                track.memory.explained(mixture.shares);
-                if !track.settle() {
-                    return self.start(measurement, Mode::Restarted);
-                }
-                track
-                    .foresight
-                    .compare(track.time_us, &track.state, &track.covariance);
-                step.remember(&mut track, true);
-                self.track = Some(track);
-                return self.used(measurement, &mixture);
+                target.take(&mixture.corrected);
+                target.over_ground(sensor_mps);
+                target.memory.explained(mixture.shares);
+                return Comparison {
+                    nis,
+                    doubt: Some(mixture.doubt()),
+                };
             }
         }
-        track.over_ground(sensor_mps);
-        track.memory.refused();
-        track.doubt(&step.interval, hypotheses, &odds);
-        if !track.settle() {
-            return self.start(measurement, Mode::Restarted);
-        }
-        step.remember(&mut track, false);
-        self.track = Some(track);
-        if self.is_suspected(measurement, 0.0) {
-            // The measurement is the new track's own.
-            self.estimate(nis, Mode::Restarted, Doubt::NONE)
-        } else {
-            self.estimate(nis, Mode::Rejected, Doubt::OUTLIER)
-        }
+        target.over_ground(sensor_mps);
+        target.memory.refused();
+        target.doubt(interval, hypotheses, &odds);
+        Comparison { nis, doubt: None }
     }
 
-    /// The estimate from a measurement that the track took in. One that is probably wrong hardly
-    /// moved the track, and may be another target: the candidate sees it as well.
-    fn used(
-        &mut self,
-        measurement: &Measurement,
-        mixture: &Mixture<f32>,
-    ) -> Result<Estimate, StepError> {
-        let (nis, doubt) = (mixture.corrected.nis, mixture.doubt());
-        if doubt.outlier < SUSPECT {
-            self.rejections = 0;
-        } else if self.is_suspected(measurement, APART) {
-            return self.estimate(nis, Mode::Restarted, Doubt::NONE);
-        }
-        self.estimate(nis, Mode::Tracking, doubt)
-    }
-
-    /// The estimate at `time_us` without a measurement, as the sensor of the latest one sees it.
-    pub fn coast(&mut self, time_us: u64) -> Result<Estimate, StepError> {
-        let mut track = self.track.ok_or(StepError::NotStarted)?;
-        let step = self.predict(&mut track, time_us)?;
-        let hypotheses = &self.parameters.hypotheses;
-        let odds = hypotheses.odds(&track.memory.counts);
-        track.doubt(&step.interval, hypotheses, &odds);
-        if !track.settle() {
-            self.forget();
+    /// Goes on to `time_us` without a measurement, as the sensor of the latest one sees it.
+    pub fn coast(&mut self, time_us: u64) -> Result<Outcome, StepError> {
+        self.set_out()?;
+        let step = self.predict(time_us)?;
+        let target = &mut self.workspace.target;
+        let hypotheses = &self.model.parameters.hypotheses;
+        let odds = hypotheses.odds(&target.memory.counts);
+        target.doubt(&step.interval, hypotheses, &odds);
+        if !target.settle() {
+            self.belief.forget();
             return Err(StepError::Lost);
         }
-        track.memory.missed();
-        step.remember(&mut track, false);
-        self.track = Some(track);
-        self.estimate(0.0, Mode::Coasting, Doubt::NONE)
+        target.memory.missed();
+        step.remember(target, false);
+        self.belief.hold(target);
+        Ok(Outcome::uncorrected(Mode::Coasting))
     }
 
-    /// Estimates at times that lie in order and not before the track's. The track stays as it is.
+    /// Gives estimates at times that lie in order and not before the target's to `each`, one by one with
+    /// its place. The track stays as it is.
     ///
-    /// A copy of it moves by one answer of the network, along a grid whose parts double: half a
+    /// A copy of the target moves by one answer of the network, along a grid whose parts double: half a
     /// second, one, two, four; times between are reached from the grid. So a forecast does not depend
     /// on what else is asked for, and costs little more than its furthest time.
-    pub fn forecasts<const N: usize>(
+    pub fn forecast_each(
         &mut self,
-        times_us: &[u64; N],
-    ) -> Result<[Estimate; N], StepError> {
-        let answer = self.ask_ahead()?;
-        self.follow(&answer, times_us)
+        times_us: &[u64],
+        each: &mut dyn FnMut(usize, &Estimate),
+    ) -> Result<(), StepError> {
+        self.set_out()?;
+        let mut answer = Answer::of(&self.model.parameters.base);
+        self.ask_ahead(&mut answer)?;
+        self.follow(&answer, times_us, each)
     }
 
-    /// How the track moves if nothing more is measured.
+    /// How the target moves if nothing more is measured.
     // Apart from what follows it: the network's stack and that of the estimates take turns.
     #[inline(never)]
-    fn ask_ahead(&mut self) -> Result<Answer, StepError> {
-        let track = self.track.ok_or(StepError::NotStarted)?;
+    fn ask_ahead(&mut self, answer: &mut Answer) -> Result<(), StepError> {
         let rng = self.rng.clone();
-        let answer = self.ask(&track, &track.sight(), FORECAST_ASKED_S);
-        self.rng = rng;
-        Ok(self.unmeasured(&track, answer?))
+        let asked = self.ask(&self.workspace.target.sight(), FORECAST_ASKED_S, answer);
+        *self.rng = rng;
+        asked?;
+        self.model.unmeasured(&self.workspace.target, answer);
+        Ok(())
     }
 
-    /// An answer for a track of which nothing more is measured.
-    fn unmeasured(&self, track: &Track, mut answer: Answer) -> Answer {
-        let hypotheses = &self.parameters.hypotheses;
-        let odds = hypotheses.odds(&track.memory.counts);
-        // As in a gap, but at once: noise adds up, and nothing is counted on the way.
-        let nominal = answer.schedule.noise;
-        answer.schedule.noise = nominal.plus(&hypotheses.expected(&odds, &nominal));
-        answer
-    }
-
-    /// The estimates of a copy of the track that moves by an answer.
-    fn follow<const N: usize>(
-        &self,
+    /// The estimates of a target that moves by an answer.
+    #[inline(never)]
+    fn follow(
+        &mut self,
         answer: &Answer,
-        times_us: &[u64; N],
-    ) -> Result<[Estimate; N], StepError> {
-        let mut ahead = self.track.ok_or(StepError::NotStarted)?;
-        let start_us = ahead.time_us;
-        let before_m2 = ahead.position_variance();
-        let mut forecasts = [self.estimate_of(&ahead, 0.0, Mode::Coasting, Doubt::NONE); N];
+        times_us: &[u64],
+        each: &mut dyn FnMut(usize, &Estimate),
+    ) -> Result<(), StepError> {
+        let ahead = &mut self.workspace.target;
+        let (start_us, before_m2) = (ahead.time_us, ahead.position_variance());
+        let coasted = Outcome::uncorrected(Mode::Coasting);
+        let mut there = Target::NONE;
         let (mut from_s, mut to_s) = (0.0, FORECAST_FIRST_S);
-        for (forecast, &time_us) in forecasts.iter_mut().zip(times_us) {
+        for (place, &time_us) in times_us.iter().enumerate() {
             let time_s = seconds_between(start_us, time_us);
             while time_s >= to_s {
-                self.advance(&mut ahead, answer, to_s - from_s);
+                self.model.advance(ahead, answer, to_s - from_s);
                 (from_s, to_s) = (to_s, 2.0 * to_s);
             }
-            let mut there = ahead;
+            there.copy_from(ahead);
             there.time_us = time_us;
-            self.advance(&mut there, answer, time_s - from_s);
+            self.model.advance(&mut there, answer, time_s - from_s);
             there.foresight.widen(&mut there.covariance, before_m2);
             if !there.settle() {
                 return Err(StepError::Lost);
             }
-            *forecast = self.estimate_of(&there, 0.0, Mode::Coasting, Doubt::NONE);
+            each(place, &self.model.estimate(&there, coasted));
         }
-        Ok(forecasts)
+        Ok(())
     }
 
-    /// Moves a track ahead by an answer, with nothing remembered and not settled yet.
-    fn advance(&self, track: &mut Track, answer: &Answer, dt_s: f32) {
-        if dt_s <= 0.0 {
-            return;
-        }
-        track.predict(&track.sight(), &answer.schedule, dt_s);
-        if let Some(factor) = answer.factor {
-            track.fuse(&factor, &self.parameters.population, dt_s);
-        }
-    }
-
-    /// Writes down where a track that is at `time_us` is expected a little later.
-    // Its copy of the track must not weigh on the stack of every step.
+    /// Writes down where the target, which is at `time_us`, is expected a little later.
+    // Its copy must not weigh on the stack of every step.
     #[inline(never)]
-    fn foresee(&self, track: &mut Track, time_us: u64, answer: &Answer) {
-        let mut ahead = *track;
-        self.advance(&mut ahead, &self.unmeasured(track, *answer), AHEAD_S);
+    fn foresee(&mut self, time_us: u64, answer: &Answer) {
+        let target = &mut self.workspace.target;
+        let (mut ahead, mut unmeasured) = (Target::NONE, *answer);
+        ahead.copy_from(target);
+        self.model.unmeasured(target, &mut unmeasured);
+        self.model.advance(&mut ahead, &unmeasured, AHEAD_S);
         let due_us = time_us.saturating_add((AHEAD_S * 1e6) as u64);
-        track
+        target
             .foresight
             .expect(due_us, &ahead.state, &ahead.covariance);
     }
 
     /// What the track, which stays as it is, says of a measurement whose values were checked and that
     /// does not lie before it.
-    #[inline(never)]
     pub fn likelihood(&mut self, measurement: &Measurement) -> Result<Likelihood, StepError> {
-        let mut track = self.track.ok_or(StepError::NotStarted)?;
-        track.seen_from(measurement.sensor.position_m);
-        track.foresight.close();
+        self.set_out()?;
+        let target = &mut self.workspace.target;
+        target.seen_from(measurement.sensor.position_m);
+        target.foresight.close();
         let rng = self.rng.clone();
-        let step = self.predict(&mut track, measurement.time_us);
-        self.rng = rng;
-        let interval = step?.interval;
-        track.relative_to(measurement.sensor.velocity_mps);
-        let vectors = Vectors::from(measurement);
-        let hypotheses = &self.parameters.hypotheses;
-        let odds = hypotheses.odds(&track.memory.counts);
-        let spoilt = StepError::Correction(EkfError::NotFinite);
-        let (nominal, _) = track
-            .corrected(&vectors, interval.sensor_scale)
-            .ok_or(spoilt)?;
-        let (mixture, _) = track
-            .weighed(&vectors, &interval, hypotheses, &odds)
-            .ok_or(spoilt)?;
-        let innovation = track.innovation(&vectors);
-        Likelihood::new(innovation, &vectors, &nominal, mixture.corrected.nis).ok_or(spoilt)
+        let step = self.predict(measurement.time_us);
+        *self.rng = rng;
+        self.fit(measurement, &step?.interval)
     }
 
-    fn start(&mut self, measurement: &Measurement, mode: Mode) -> Result<Estimate, StepError> {
-        let track = Track::start(measurement, &self.parameters.population)?;
-        self.forget();
-        self.track = Some(track);
-        self.estimate(0.0, mode, Doubt::NONE)
+    /// How well a measurement fits the predicted target.
+    // The network's stack and that of the corrections take turns.
+    #[inline(never)]
+    fn fit(
+        &mut self,
+        measurement: &Measurement,
+        interval: &Interval<f32>,
+    ) -> Result<Likelihood, StepError> {
+        let target = &mut self.workspace.target;
+        target.relative_to(measurement.sensor.velocity_mps);
+        let vectors = Vectors::from(measurement);
+        let hypotheses = &self.model.parameters.hypotheses;
+        let odds = hypotheses.odds(&target.memory.counts);
+        let spoilt = StepError::Correction(EkfError::NotFinite);
+        let mut mixture = Mixture::new();
+        mixture.corrected.begin(&target.state, &target.covariance);
+        correct_soundly(&mut mixture.corrected, &vectors, interval.sensor_scale).ok_or(spoilt)?;
+        let (nis, ln_root) = (mixture.corrected.nis, mixture.corrected.ln_root);
+        mixture.corrected.begin(&target.state, &target.covariance);
+        target
+            .weighed(&vectors, interval, hypotheses, &odds, &mut mixture)
+            .ok_or(spoilt)?;
+        let innovation = target.innovation(&vectors);
+        let gate_nis = mixture.corrected.nis;
+        Likelihood::new(innovation, &vectors, nis, ln_root, gate_nis).ok_or(spoilt)
+    }
+
+    fn start(&mut self, measurement: &Measurement, mode: Mode) -> Result<Outcome, StepError> {
+        let target = &mut self.workspace.target;
+        target.start(measurement, &self.model.parameters.population)?;
+        self.belief.forget();
+        self.belief.hold(target);
+        Ok(Outcome::uncorrected(mode))
     }
 
     /// Shows the candidate a measurement that the track does not explain; true when the candidate
     /// took over, which it does only where it is `apart` deviations away.
-    // Rare, and its second track would weigh on the stack of every step.
+    // Rare, and its correction would weigh on the stack of every step.
     #[inline(never)]
     fn is_suspected(&mut self, measurement: &Measurement, apart: f32) -> bool {
-        self.rejections = self.rejections.saturating_add(1);
-        let verdict = match &mut self.candidate {
-            Some(candidate) => {
-                let p = &self.parameters;
-                candidate.meet(measurement, &p.base, &p.population)
-            }
+        let p = &self.model.parameters;
+        let room = &mut self.workspace.target;
+        let Belief {
+            target,
+            rejections,
+            candidate,
+        } = &mut *self.belief;
+        *rejections = rejections.saturating_add(1);
+        let verdict = match candidate {
+            Some(candidate) => candidate.meet(measurement, &p.base, &p.population, room),
             None => Verdict::Over,
         };
         if verdict == Verdict::Over {
-            self.candidate = Candidate::start(measurement, &self.suspected());
+            renew(candidate, measurement, &self.model.suspected(), room);
         }
-        let (Verdict::Agreed, Some(track), Some(candidate)) = (verdict, self.track, self.candidate)
-        else {
+        let (Verdict::Agreed, Some(target), Some(candidate)) = (verdict, target, candidate) else {
             return false;
         };
-        let longer = candidate.track().used > track.used;
-        let enough = self.rejections >= AGREEING || longer;
-        if !enough || !track.is_apart(candidate.track(), apart) {
+        let longer = candidate.target().used > target.used;
+        let enough = *rejections >= AGREEING || longer;
+        if !enough || !target.is_apart(candidate.target(), apart) {
             return false;
         }
-        self.track = Some(*candidate.track());
-        self.candidate = Some(Candidate::deposed(track));
-        self.rejections = 0;
+        candidate.depose(target);
+        *rejections = 0;
         true
     }
 
+    /// Moves the target to `time_us`, before any correction and not settled yet; returns what is still
+    /// to be remembered of the last part of the way.
+    #[inline(never)]
+    fn predict(&mut self, time_us: u64) -> Result<Step, StepError> {
+        let target = &mut self.workspace.target;
+        let start_us = target.time_us;
+        let dt_s = seconds_between(start_us, time_us);
+        target.time_us = time_us;
+        let mut parts = 1_u16;
+        while dt_s > INTERVAL_MAX_S * f32::from(parts) {
+            parts += 1;
+        }
+        let interval_s = dt_s / f32::from(parts);
+        let p = &self.model.parameters;
+        let mut answer = Answer::of(&p.base);
+        let mut step = Step {
+            interval: answer.interval(target.sight(), interval_s),
+            notes: answer.notes,
+        };
+        if interval_s <= 0.0 {
+            return Ok(step);
+        }
+        for part in 0..parts {
+            let target = &mut self.workspace.target;
+            if part > 0 {
+                let odds = p.hypotheses.odds(&target.memory.counts);
+                target.doubt(&step.interval, &p.hypotheses, &odds);
+                target.memory.missed();
+                step.remember(target, false);
+            }
+            let sight = target.sight();
+            self.ask(&sight, interval_s, &mut answer)?;
+            step.notes = answer.notes;
+            step.interval = answer.interval(sight, interval_s);
+            let idle = self.workspace.target.foresight.is_idle();
+            if part == 0 && idle && answer.factor.is_some() {
+                self.foresee(start_us, &answer);
+            }
+            let target = &mut self.workspace.target;
+            target.predict(&sight, &answer.schedule, interval_s);
+            if let Some(factor) = &answer.factor {
+                target.fuse(factor, &p.population, interval_s);
+            }
+        }
+        Ok(step)
+    }
+
+    /// How the target, which is seen along `sight`, moves during `interval_s`: what the network answers,
+    /// or a model that needs none where it was not trained.
+    #[inline(never)]
+    fn ask(
+        &mut self,
+        sight: &LineOfSight<f32>,
+        interval_s: f32,
+        answer: &mut Answer,
+    ) -> Result<(), StepError> {
+        let Model {
+            parameters,
+            envelope,
+            ..
+        } = self.model;
+        let base = &parameters.base;
+        let target = &self.workspace.target;
+        answer.factor = None;
+        answer.notes = [0.0; NOTES];
+        if !envelope.holds_motion(&target.state) {
+            answer.schedule = Schedule::wide(base);
+            return Ok(());
+        }
+        if target.memory.coast_s > SILENCE_MAX_S
+            || !envelope.holds_place(&target.state, &target.covariance)
+        {
+            answer.schedule = Schedule::read(&[0.0; OUTPUTS], base);
+            return Ok(());
+        }
+        let mut inputs = features(
+            &target.state,
+            &target.covariance,
+            &target.memory,
+            sight,
+            interval_s,
+        );
+        let mut outputs = [0.0; OUTPUTS];
+        let jerk_variance = self.infer(&mut inputs, &mut outputs);
+        if !outputs
+            .iter()
+            .chain(&jerk_variance)
+            .all(|value| value.is_finite())
+        {
+            return Err(StepError::NetworkNotFinite);
+        }
+        answer.schedule = Schedule::read(&outputs, base);
+        answer.factor = Some(Factor::read(&outputs[SCHEDULE..NOTE_OUTPUT]));
+        answer.notes.copy_from_slice(&outputs[NOTE_OUTPUT..]);
+        for (noise, variance) in answer.schedule.noise.jerk.iter_mut().zip(jerk_variance) {
+            // A constant jerk of unknown size over the interval weighs like white jerk of this
+            // density.
+            *noise += variance * interval_s;
+        }
+        Ok(())
+    }
+
+    /// Writes the network's outputs; returns the variance of the mean jerk over passes, (m/s^3)^2.
+    fn infer(&mut self, inputs: &mut [f32; FEATURES], outputs: &mut [f32; OUTPUTS]) -> [f32; 3] {
+        let pairs = self.model.blob.input_normalisation().pairs();
+        for (input, [mean, inverse]) in inputs.iter_mut().zip(pairs) {
+            let normalised = (*input - mean) * inverse;
+            *input = normalised.clamp(-FEATURE_LIMIT as f32, FEATURE_LIMIT as f32);
+        }
+        let mut jerk_variance = [0.0; 3];
+        for view in self.model.blob.networks() {
+            let network = Network::new(view);
+            if self.settings.passes == 1 {
+                network.mean_pass_in(&mut self.workspace.scratch, inputs, outputs);
+            } else {
+                jerk_variance = self.draw(&network, inputs, outputs);
+            }
+        }
+        let pairs = self.model.blob.output_normalisation();
+        let scale = |i: usize| pairs.get(2 * i + 1);
+        for (axis, variance) in jerk_variance.iter_mut().enumerate() {
+            let output = JERK_OUTPUT + axis;
+            *variance =
+                (JERK_SCALE * JERK_SCALE) as f32 * scale(output) * scale(output) * *variance;
+        }
+        for (output, [mean, scale]) in outputs.iter_mut().zip(pairs.pairs()) {
+            *output = mean + scale * *output;
+        }
+        jerk_variance
+    }
+
+    /// The mean of the network's outputs over passes; returns the variance of those that are a mean
+    /// jerk.
+    // Sums over passes would weigh on the stack of a mean pass.
+    #[inline(never)]
+    fn draw(
+        &mut self,
+        network: &Network<'_>,
+        inputs: &[f32; FEATURES],
+        outputs: &mut [f32; OUTPUTS],
+    ) -> [f32; 3] {
+        let mut variances = [0.0; OUTPUTS];
+        separate_moments_into(
+            network,
+            inputs,
+            self.settings.passes,
+            self.rng,
+            &mut self.workspace.scratch,
+            (outputs, &mut variances),
+        );
+        core::array::from_fn(|axis| variances[JERK_OUTPUT + axis])
+    }
+}
+
+impl Model<'_> {
     /// What is known of a target that the track does not explain: the population's place, and any
     /// motion within the envelope.
     fn suspected(&self) -> Population<f32> {
@@ -421,147 +636,32 @@ impl<'a> Recursive<'a> {
         }
     }
 
-    /// The present track as an estimate; there is one.
-    fn estimate(&self, nis: f32, mode: Mode, doubt: Doubt) -> Result<Estimate, StepError> {
-        let track = self.track.as_ref().ok_or(StepError::NotStarted)?;
-        Ok(self.estimate_of(track, nis, mode, doubt))
+    /// Makes an answer one for a target of which nothing more is measured.
+    fn unmeasured(&self, target: &Target, answer: &mut Answer) {
+        let hypotheses = &self.parameters.hypotheses;
+        let odds = hypotheses.odds(&target.memory.counts);
+        // As in a gap, but at once: noise adds up, and nothing is counted on the way.
+        let nominal = answer.schedule.noise;
+        answer.schedule.noise = nominal.plus(&hypotheses.expected(&odds, &nominal));
     }
 
-    /// A track as an estimate.
-    fn estimate_of(&self, track: &Track, nis: f32, mode: Mode, doubt: Doubt) -> Estimate {
-        let held = self.envelope.holds_motion(&track.state)
-            && self.envelope.holds_place(&track.state, &track.covariance);
-        track.estimate(nis, mode, !held, doubt)
+    /// Moves a target ahead by an answer, with nothing remembered and not settled yet.
+    fn advance(&self, target: &mut Target, answer: &Answer, dt_s: f32) {
+        if dt_s <= 0.0 {
+            return;
+        }
+        target.predict(&target.sight(), &answer.schedule, dt_s);
+        if let Some(factor) = &answer.factor {
+            target.fuse(factor, &self.parameters.population, dt_s);
+        }
     }
 
-    /// Moves the track to `time_us`, before any correction and not settled yet; returns what is still
-    /// to be remembered of the last part of the way.
-    fn predict(&mut self, track: &mut Track, time_us: u64) -> Result<Step, StepError> {
-        let dt_s = seconds_between(track.time_us, time_us);
-        let start_us = track.time_us;
-        track.time_us = time_us;
-        let mut parts = 1_u16;
-        while dt_s > INTERVAL_MAX_S * f32::from(parts) {
-            parts += 1;
-        }
-        let interval_s = dt_s / f32::from(parts);
-        let p = self.parameters;
-        let wide = Schedule::wide(&p.base);
-        let mut step = Step {
-            interval: Interval {
-                sight: track.sight(),
-                noise: wide.noise,
-                sensor_scale: wide.sensor_scale,
-                dt_s: interval_s,
-            },
-            notes: [0.0; NOTES],
-        };
-        if interval_s <= 0.0 {
-            return Ok(step);
-        }
-        for part in 0..parts {
-            if part > 0 {
-                let odds = p.hypotheses.odds(&track.memory.counts);
-                track.doubt(&step.interval, &p.hypotheses, &odds);
-                track.memory.missed();
-                step.remember(track, false);
-            }
-            let sight = track.sight();
-            let answer = self.ask(track, &sight, interval_s)?;
-            if part == 0 && track.foresight.is_idle() && answer.factor.is_some() {
-                self.foresee(track, start_us, &answer);
-            }
-            step.notes = answer.notes;
-            step.interval = answer.interval(sight, interval_s);
-            track.predict(&sight, &answer.schedule, interval_s);
-            if let Some(factor) = answer.factor {
-                track.fuse(&factor, &p.population, interval_s);
-            }
-        }
-        Ok(step)
-    }
-
-    /// How a track that is seen along `sight` moves during `interval_s`: what the network answers, or
-    /// a model that needs none where it was not trained.
-    // In its caller's frame: one of its own would cost half a kilobyte of stack.
-    #[inline(always)]
-    fn ask(
-        &mut self,
-        track: &Track,
-        sight: &LineOfSight<f32>,
-        interval_s: f32,
-    ) -> Result<Answer, StepError> {
-        let base = self.parameters.base;
-        if !self.envelope.holds_motion(&track.state) {
-            return Ok(Answer::unasked(Schedule::wide(&base)));
-        }
-        if track.memory.coast_s > SILENCE_MAX_S
-            || !self.envelope.holds_place(&track.state, &track.covariance)
-        {
-            return Ok(Answer::unasked(Schedule::read(&[0.0; OUTPUTS], &base)));
-        }
-        let mut inputs = features(
-            &track.state,
-            &track.covariance,
-            &track.memory,
-            sight,
-            interval_s,
-        );
-        let (outputs, jerk_variance) = self.infer(&mut inputs);
-        if !outputs
-            .iter()
-            .chain(&jerk_variance)
-            .all(|value| value.is_finite())
-        {
-            return Err(StepError::NetworkNotFinite);
-        }
-        let mut answer = Answer {
-            schedule: Schedule::read(&outputs, &base),
-            factor: Some(Factor::read(&outputs[SCHEDULE..NOTE_OUTPUT])),
-            notes: [0.0; NOTES],
-        };
-        answer.notes.copy_from_slice(&outputs[NOTE_OUTPUT..]);
-        for (noise, variance) in answer.schedule.noise.jerk.iter_mut().zip(jerk_variance) {
-            // A constant jerk of unknown size over the interval weighs like white jerk of this
-            // density.
-            *noise += variance * interval_s;
-        }
-        Ok(answer)
-    }
-
-    /// The network's outputs, and the variance of the mean jerk over passes, (m/s^3)^2.
-    fn infer(&mut self, inputs: &mut [f32; FEATURES]) -> ([f32; OUTPUTS], [f32; 3]) {
-        let pairs = self.blob.input_normalisation().pairs();
-        for (input, [mean, inverse]) in inputs.iter_mut().zip(pairs) {
-            let normalised = (*input - mean) * inverse;
-            *input = normalised.clamp(-FEATURE_LIMIT as f32, FEATURE_LIMIT as f32);
-        }
-        let mut outputs = [0.0; OUTPUTS];
-        let mut variances = [0.0; OUTPUTS];
-        for view in self.blob.networks() {
-            let network = Network::new(view);
-            if self.settings.passes == 1 {
-                network.mean_pass(inputs, &mut outputs);
-            } else {
-                (outputs, variances) = separate_moments(
-                    &network,
-                    inputs,
-                    self.settings.passes,
-                    &mut self.rng,
-                    &mut self.scratch,
-                );
-            }
-        }
-        let pairs = self.blob.output_normalisation();
-        let scale = |i: usize| pairs.get(2 * i + 1);
-        let jerk_variance = core::array::from_fn(|axis| {
-            let output = JERK_OUTPUT + axis;
-            (JERK_SCALE * JERK_SCALE) as f32 * scale(output) * scale(output) * variances[output]
-        });
-        for (output, [mean, scale]) in outputs.iter_mut().zip(pairs.pairs()) {
-            *output = mean + scale * *output;
-        }
-        (outputs, jerk_variance)
+    /// A target as an estimate.
+    pub fn estimate(&self, target: &Target, outcome: Outcome) -> Estimate {
+        let Outcome { nis, mode, doubt } = outcome;
+        let held = self.envelope.holds_motion(&target.state)
+            && self.envelope.holds_place(&target.state, &target.covariance);
+        target.estimate(nis, mode, !held, doubt)
     }
 }
 

@@ -83,9 +83,10 @@ pub fn advance<S: Scalar>(
     let schedule = Schedule::read(outputs, &parameters.base.known());
     let hypotheses = parameters.hypotheses.known();
     let sight = sight_of(carry);
-    let (mut state, mut covariance) = predict(
-        &carry.state,
-        &carry.covariance,
+    let (mut state, mut covariance) = (carry.state, carry.covariance);
+    predict(
+        &mut state,
+        &mut covariance,
         &sight,
         &schedule,
         arrival.dt_s,
@@ -105,13 +106,20 @@ pub fn advance<S: Scalar>(
     };
     let vectors = arrival.vectors;
     let odds = hypotheses.odds(&carry.memory.counts);
-    let (mixture, whitened) = match weighing {
-        Weighing::All => interval.weigh(&state, &covariance, &vectors, &hypotheses, &odds),
+    let mut mixture = Mixture::before(&state, &covariance);
+    let whitened = match weighing {
+        Weighing::All => interval.weigh(
+            &state,
+            &covariance,
+            &vectors,
+            &hypotheses,
+            &odds,
+            &mut mixture,
+        ),
         Weighing::Nominal => {
-            let (corrected, whitened) =
-                correct(&state, &covariance, &vectors, schedule.sensor_scale);
-            let mixture = Mixture::of(NOMINAL, S::constant(1.0), corrected);
-            (mixture, whitened)
+            let whitened = correct(&mut mixture.corrected, &vectors, schedule.sensor_scale);
+            mixture.begin(NOMINAL, S::constant(1.0));
+            whitened
         }
     };
     if weighing == Weighing::All {

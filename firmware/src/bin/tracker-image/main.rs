@@ -21,30 +21,33 @@ mod board;
 mod fault;
 mod session;
 
+// For its critical sections, which the logger enters.
+use cortex_m as _;
 #[cfg(feature = "image-board")]
 use defmt_rtt as _;
 #[cfg(not(feature = "image-board"))]
 use defmt_semihosting as _;
 
 use bnkf::protocol::{FrameReader, RefusalCode, Reply, encode};
+use bnkf::{Track, Workspace};
 use cortex_m_rt::entry;
 
 use board::Board;
-use session::{Session, TrackerSlot};
+use session::Session;
 
 /// Polls of a silent line, minutes of them, after which an emulator's image takes its host for gone.
 const IDLE_POLLS_MAX: u32 = 1 << 25;
 
 #[entry]
 fn main() -> ! {
+    // The entry's own: it hands them out as `&'static mut`, once.
+    static mut WORKSPACE: Workspace = Workspace::new();
+    static mut TRACK: Track = Track::idle();
+    static mut READER: FrameReader = FrameReader::new();
+
     let mut board = Board::start();
-    // `None` only on a second call, and `main` is called once.
-    let Some(tracker) = cortex_m::singleton!(: TrackerSlot = None) else {
-        panic!("main was called twice")
-    };
-    let mut session = Session::new(tracker);
+    let mut session = Session::new(WORKSPACE, TRACK);
     send(&mut board, &session.greeting());
-    let mut reader = FrameReader::new();
     let mut idle_polls = 0u32;
     loop {
         board.feed_watchdog();
@@ -56,7 +59,7 @@ fn main() -> ! {
             continue;
         };
         idle_polls = 0;
-        let reply = match reader.push(byte) {
+        let reply = match READER.push(byte) {
             None => continue,
             Some(Ok(request)) => session.answer(&request, &board),
             Some(Err(error)) => {

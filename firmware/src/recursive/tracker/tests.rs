@@ -1,7 +1,10 @@
 use super::*;
 use crate::blob::draft::Draft;
 use crate::measurement::Sensed;
+use crate::network::Scratch;
+use crate::network::monte_carlo::separate_moments;
 use crate::recursive::hypotheses::HYPOTHESES;
+use crate::rng::seeded;
 use crate::settings::Correction;
 
 type Outputs = [f32; OUTPUTS];
@@ -54,23 +57,70 @@ fn parameters() -> Parameters<f32> {
     Parameters::read(blob.parameters())
 }
 
-fn started(bytes: &[u8]) -> Recursive<'_> {
+/// Everything that a call works with, owned.
+struct Bench<'a> {
+    model: Model<'a>,
+    settings: Settings,
+    rng: Generator,
+    belief: Belief,
+    workspace: Workspace,
+}
+
+impl<'a> Bench<'a> {
+    fn new(blob: Blob<'a>, settings: Settings) -> Self {
+        Self {
+            model: Model::new(blob),
+            rng: seeded(settings.seed),
+            settings,
+            belief: Belief::NONE,
+            workspace: Workspace::new(),
+        }
+    }
+
+    fn run(&mut self) -> Recursive<'_, 'a> {
+        Recursive {
+            model: &self.model,
+            settings: &self.settings,
+            rng: &mut self.rng,
+            belief: &mut self.belief,
+            workspace: &mut self.workspace,
+        }
+    }
+
+    fn step(&mut self, measurement: &Measurement, anew: bool) -> Result<Estimate, StepError> {
+        let outcome = self.run().step(measurement, anew)?;
+        Ok(self.model.estimate(&now(self), outcome))
+    }
+
+    fn coast(&mut self, time_us: u64) -> Result<Estimate, StepError> {
+        let outcome = self.run().coast(time_us)?;
+        Ok(self.model.estimate(&now(self), outcome))
+    }
+
+    fn infer(&mut self, inputs: &mut [f32; FEATURES]) -> (Outputs, [f32; 3]) {
+        let mut outputs = [0.0; OUTPUTS];
+        let jerk_variance = self.run().infer(inputs, &mut outputs);
+        (outputs, jerk_variance)
+    }
+}
+
+fn started(bytes: &[u8]) -> Bench<'_> {
     let blob = Blob::parse(bytes).expect("a blob");
-    let mut tracker = Recursive::new(blob, settings());
+    let mut tracker = Bench::new(blob, settings());
     let estimate = tracker.step(&measurement(0, 33.0, 0.5), false);
     assert_eq!(estimate.expect("an estimate").mode, Mode::Started);
     tracker
 }
 
-fn now(tracker: &Recursive<'_>) -> Track {
-    tracker.track.expect("a track")
+fn now(tracker: &Bench<'_>) -> Target {
+    tracker.belief.target.expect("a target")
 }
 
 fn near(a: f32, b: f32, scale: f32) -> bool {
     (a - b).abs() <= 1e-5 * scale.abs().max(1e-3)
 }
 
-fn assert_same(got: &Track, expected: &Track) {
+fn assert_same(got: &Target, expected: &Target) {
     assert_eq!((got.time_us, got.used), (expected.time_us, expected.used));
     for i in 0..9 {
         let deviation = expected.covariance[i][i];
@@ -80,7 +130,7 @@ fn assert_same(got: &Track, expected: &Track) {
             assert!(near(got, expected, deviation), "{i} {j}: {got} {expected}");
         }
     }
-    let list = |track: &Track| {
+    let list = |track: &Target| {
         let m = &track.memory;
         let mut list = std::vec![m.coast_s, m.age_s];
         list.extend(m.innovation.iter().chain(&m.drift).chain(&m.squares));
@@ -120,7 +170,7 @@ fn unasked(schedule: Schedule<f32>) -> Way {
 }
 
 /// Moves a track by `parts` parts of `dt_s` each; all but the last are remembered.
-fn predicted(track: &mut Track, way: &Way, parts: usize, dt_s: f32) -> Interval<f32> {
+fn predicted(track: &mut Target, way: &Way, parts: usize, dt_s: f32) -> Interval<f32> {
     let p = parameters();
     let mut interval = None;
     for _ in 0..parts {
@@ -143,7 +193,7 @@ fn predicted(track: &mut Track, way: &Way, parts: usize, dt_s: f32) -> Interval<
 }
 
 /// A part of the way that no measurement ends.
-fn doubted(track: &mut Track, interval: &Interval<f32>, way: &Way) {
+fn doubted(track: &mut Target, interval: &Interval<f32>, way: &Way) {
     let hypotheses = parameters().hypotheses;
     let odds = hypotheses.odds(&track.memory.counts);
     track.doubt(interval, &hypotheses, &odds);
@@ -156,12 +206,13 @@ fn doubted(track: &mut Track, interval: &Interval<f32>, way: &Way) {
 }
 
 /// The correction under all hypotheses, and what is remembered of it.
-fn corrected(track: &mut Track, interval: &Interval<f32>, way: &Way, seen: &Measurement) -> f32 {
+fn corrected(track: &mut Target, interval: &Interval<f32>, way: &Way, seen: &Measurement) -> f32 {
     let hypotheses = parameters().hypotheses;
     let odds = hypotheses.odds(&track.memory.counts);
     let vectors = Vectors::from(seen);
-    let weighed = track.weighed(&vectors, interval, &hypotheses, &odds);
-    let (mixture, whitened) = weighed.expect("sound");
+    let mut mixture = Mixture::before(&track.state, &track.covariance);
+    let weighed = track.weighed(&vectors, interval, &hypotheses, &odds, &mut mixture);
+    let whitened = weighed.expect("sound");
     track.memory.measured(whitened, &vectors);
     track.take(&mixture.corrected);
     track.memory.explained(mixture.shares);
@@ -228,7 +279,7 @@ fn a_coast_is_predictions_and_a_doubt() {
 fn outside_the_envelope_the_network_is_not_asked() {
     let bytes = constant(outputs()).bytes();
     let base = parameters().base;
-    type Case = (fn(&mut Track), Way);
+    type Case = (fn(&mut Target), Way);
     let cases: [Case; 4] = [
         // Ten seconds are not more than ten.
         (|t| t.memory.coast_s = 10.0, asked(&outputs())),
@@ -246,7 +297,7 @@ fn outside_the_envelope_the_network_is_not_asked() {
         let mut tracker = started(&bytes);
         let mut expected = now(&tracker);
         change(&mut expected);
-        tracker.track = Some(expected);
+        tracker.belief.target = Some(expected);
         let interval = predicted(&mut expected, &way, 1, 0.1);
         doubted(&mut expected, &interval, &way);
         expected.time_us = 100_000;
@@ -280,7 +331,7 @@ fn the_network_reads_and_answers_in_its_own_units() {
     });
     let network = Network::new(blob.networks().next().expect("one"));
     for passes in [1, 2, 20] {
-        let mut tracker = Recursive::new(
+        let mut tracker = Bench::new(
             blob,
             Settings {
                 passes,
@@ -318,7 +369,7 @@ fn a_doubtful_jerk_is_noise() {
     draft.networks[0][1].bias_variance[4..7].copy_from_slice(&[4.0, 9.0, 16.0]);
     let bytes = draft.bytes();
     let blob = Blob::parse(&bytes).expect("a blob");
-    let mut tracker = Recursive::new(
+    let mut tracker = Bench::new(
         blob,
         Settings {
             passes: 16,
@@ -328,10 +379,10 @@ fn a_doubtful_jerk_is_noise() {
     tracker
         .step(&measurement(0, 33.0, 0.5), false)
         .expect("an estimate");
-    let mut track = now(&tracker);
-    let step = tracker.predict(&mut track, 200_000).expect("a step");
+    tracker.workspace.target = now(&tracker);
+    let step = tracker.run().predict(200_000).expect("a step");
     // The same network, the same random numbers.
-    let mut twin = Recursive::new(
+    let mut twin = Bench::new(
         blob,
         Settings {
             passes: 16,
@@ -407,9 +458,9 @@ fn agreeing_rejections_take_over() {
     }
     let taken = now(&tracker);
     assert!((taken.sight().range_m - 60.0).abs() < 1.0 && taken.used == 3);
-    let waiting = tracker.candidate.expect("the old track");
-    assert!((waiting.track().sight().range_m - 33.0).abs() < 2.0);
-    assert_eq!(tracker.rejections, 0);
+    let waiting = tracker.belief.candidate.expect("the old track");
+    assert!((waiting.target().sight().range_m - 33.0).abs() < 2.0);
+    assert_eq!(tracker.belief.rejections, 0);
     // One measurement of its own brings no change of track back.
     let back = tracker.step(&measurement(900_000, 60.0, -2.0), false);
     assert_eq!(back.expect("an estimate").mode, Mode::Tracking);
@@ -426,7 +477,7 @@ fn a_rejected_innovation_is_remembered_unless_often_wrong() {
         track.memory.counts = [0.0; HYPOTHESES];
         track.memory.counts[OUTLIER] = wrong;
         track.memory.innovation = [0.5; 4];
-        tracker.track = Some(track);
+        tracker.belief.target = Some(track);
         let seen = measurement(100_000, 9e5, 0.5);
         let estimate = tracker.step(&seen, false).expect("an estimate");
         assert_eq!(estimate.mode, Mode::Rejected);
@@ -447,7 +498,7 @@ fn a_used_innovation_is_remembered() {
     let mut track = now(&tracker);
     track.memory.counts[OUTLIER] = 50.0;
     track.memory.innovation = [100.0; 4];
-    tracker.track = Some(track);
+    tracker.belief.target = Some(track);
     let estimate = tracker.step(&measurement(100_000, 33.1, 0.5), false);
     assert_eq!(estimate.expect("an estimate").mode, Mode::Tracking);
     let innovation = now(&tracker).memory.innovation;
@@ -472,20 +523,21 @@ fn a_takeover_needs_rejections_or_a_longer_record_and_a_distance() {
         let mut tracker = started(&bytes);
         let mut track = now(&tracker);
         track.used = own;
-        tracker.track = Some(track);
-        tracker.rejections = rejections - 1;
+        tracker.belief.target = Some(track);
+        tracker.belief.rejections = rejections - 1;
         let range = if apart { 60.0 } else { 33.0 };
         let seen = |time_us| measurement(time_us, range, 0.5);
         let p = parameters();
-        let mut other = Track::start(&seen(0), &p.population).expect("a track");
-        other.used = candidate - 3;
-        let mut waiting = Candidate::deposed(other);
+        let mut none = Target::NONE;
+        let room = &mut none;
+        let mut waiting = Candidate::start(&seen(0), &p.population, room).expect("a target");
+        (waiting.target.used, waiting.agreeing) = (candidate - 3, 0);
         for time_us in [100_000, 200_000] {
-            let met = waiting.meet(&seen(time_us), &p.base, &p.population);
+            let met = waiting.meet(&seen(time_us), &p.base, &p.population, room);
             assert_eq!(met, Verdict::Wait);
         }
-        tracker.candidate = Some(waiting);
-        let taken = tracker.is_suspected(&seen(300_000), APART);
+        tracker.belief.candidate = Some(waiting);
+        let taken = tracker.run().is_suspected(&seen(300_000), APART);
         let case = (candidate, own, rejections, apart);
         assert_eq!(taken, takes_over, "{case:?}");
         let used = if takes_over { candidate } else { own };
@@ -504,7 +556,7 @@ fn a_suspect_may_move_as_the_envelope_allows() {
         acceleration_sigma_mps2: 12.5,
         ..p.population
     };
-    assert_eq!(started(&bytes).suspected(), expected);
+    assert_eq!(started(&bytes).model.suspected(), expected);
 }
 
 /// Coasting ends where nothing is known any more, and a reset forgets the track and the numbers.
@@ -515,7 +567,7 @@ fn a_lost_track_and_a_reset_one_are_gone() {
     let mut track = now(&tracker);
     // Too fast for the model: nothing but its motion is known of it.
     (track.state[3], track.covariance[3][3]) = (20.0, 1e8);
-    tracker.track = Some(track);
+    tracker.belief.target = Some(track);
     assert!(tracker.coast(1_000_000).is_ok());
     // Ten kilometres a second leave more than a hundred kilometres.
     assert_eq!(tracker.coast(61_000_000), Err(StepError::Lost));
@@ -523,21 +575,22 @@ fn a_lost_track_and_a_reset_one_are_gone() {
 
     let bytes = Draft::recursive(3).bytes();
     let blob = Blob::parse(&bytes).expect("a blob");
-    let mut tracker = Recursive::new(
+    let mut tracker = Bench::new(
         blob,
         Settings {
             passes: 4,
             ..settings()
         },
     );
-    let flight = |tracker: &mut Recursive<'_>| {
+    let flight = |tracker: &mut Bench<'_>| {
         [0, 100_000, 200_000].map(|time_us| tracker.step(&measurement(time_us, 33.0, 0.5), false))
     };
     let first = flight(&mut tracker);
-    tracker.rejections = 2;
-    tracker.reset();
-    assert!(tracker.track.is_none() && tracker.candidate.is_none());
-    assert_eq!(tracker.rejections, 0);
+    tracker.belief.rejections = 2;
+    tracker.rng = seeded(5);
+    tracker.belief.forget();
+    assert!(tracker.belief.target.is_none() && tracker.belief.candidate.is_none());
+    assert_eq!(tracker.belief.rejections, 0);
     assert_eq!(flight(&mut tracker), first);
 }
 

@@ -1,5 +1,6 @@
 use super::*;
 use crate::measurement::Sensed;
+use crate::recursive::correction::correct_soundly;
 use crate::sensor::Sensor;
 
 fn population() -> Population<f32> {
@@ -25,8 +26,14 @@ fn first() -> Measurement {
     }
 }
 
-fn track() -> Track {
-    Track::start(&first(), &population()).expect("a track")
+fn start(measurement: &Measurement) -> Result<Target, StepError> {
+    let mut target = Target::NONE;
+    target.start(measurement, &population())?;
+    Ok(target)
+}
+
+fn target() -> Target {
+    start(&first()).expect("a target")
 }
 
 #[test]
@@ -34,7 +41,7 @@ fn a_start_needs_a_direction_that_says_something() {
     let started = |change: fn(&mut Measurement)| {
         let mut measurement = first();
         change(&mut measurement);
-        Track::start(&measurement, &population()).map(|track| track.used)
+        start(&measurement).map(|target| target.used)
     };
     assert_eq!(started(|_| ()), Ok(1));
     assert_eq!(
@@ -56,8 +63,8 @@ fn a_sensor_without_a_channel_is_as_blunt_as_the_population() {
         measurement.range_rate,
         measurement.elevation,
     ) = (None, None, None);
-    let track = Track::start(&measurement, &population()).expect("a track");
-    for (got, sigma) in track
+    let target = start(&measurement).expect("a target");
+    for (got, sigma) in target
         .memory
         .ln_sigmas
         .into_iter()
@@ -66,7 +73,7 @@ fn a_sensor_without_a_channel_is_as_blunt_as_the_population() {
         assert!((got - f32::ln(sigma)).abs() < 1e-6);
     }
     // With all channels it is as sharp as it says.
-    let own = self::track().memory.ln_sigmas;
+    let own = self::target().memory.ln_sigmas;
     for (got, sigma) in own.into_iter().zip([0.005, 0.006, 0.1, 0.05]) {
         assert!((got - f32::ln(sigma)).abs() < 1e-6);
     }
@@ -74,7 +81,7 @@ fn a_sensor_without_a_channel_is_as_blunt_as_the_population() {
 
 #[test]
 fn tracks_are_apart_by_their_deviations() {
-    let (near, mut far) = (track(), track());
+    let (near, mut far) = (target(), target());
     let reach = 3.0 * (2.0 * near.position_variance()).sqrt();
     far.state[1] += 0.99 * reach;
     assert!(!near.is_apart(&far, 3.0) && near.is_apart(&far, 2.9));
@@ -85,12 +92,12 @@ fn tracks_are_apart_by_their_deviations() {
 
 #[test]
 fn what_means_nothing_does_not_settle() {
-    assert!(track().settle());
-    let mut far = track();
+    assert!(target().settle());
+    let mut far = target();
     (far.state[1], far.state[3], far.state[7]) = (-9.9e6, 9.9e4, -9.9e4);
     far.covariance[0][0] = 9.9e9;
     assert!(far.settle());
-    type Damage = fn(&mut Track);
+    type Damage = fn(&mut Target);
     let damages: [Damage; 9] = [
         |t| t.state[0] = 1e7,
         |t| t.covariance[2][2] = 1e10,
@@ -103,11 +110,11 @@ fn what_means_nothing_does_not_settle() {
         |t| t.covariance[1][1] = 1.1e10,
     ];
     for damage in damages {
-        let mut track = track();
-        damage(&mut track);
-        assert!(!track.settle(), "{track:?}");
+        let mut target = target();
+        damage(&mut target);
+        assert!(!target.settle(), "{target:?}");
     }
-    let mut flat = track();
+    let mut flat = target();
     flat.covariance[0][1] = (flat.covariance[0][0] * flat.covariance[1][1]).sqrt();
     flat.covariance[1][0] = flat.covariance[0][1];
     assert!(flat.settle() && crate::cholesky::is_definite(&flat.covariance));
@@ -115,9 +122,9 @@ fn what_means_nothing_does_not_settle() {
 
 #[test]
 fn a_drift_moves_and_doubts() {
-    let mut moved = track();
+    let mut moved = target();
     moved.drift(500_007, &base());
-    let before = track();
+    let before = target();
     assert_eq!(moved.time_us, 500_007);
     for axis in 0..3 {
         let expected = before.state[axis] + 0.5 * before.state[3 + axis];
@@ -125,7 +132,7 @@ fn a_drift_moves_and_doubts() {
         assert!(moved.covariance[axis][axis] > before.covariance[axis][axis]);
     }
     assert!(moved.position_variance() > before.position_variance());
-    let mut still = track();
+    let mut still = target();
     still.drift(7, &base());
     assert_eq!(
         (still.state, still.covariance),
@@ -135,15 +142,17 @@ fn a_drift_moves_and_doubts() {
 
 #[test]
 fn a_correction_is_counted_and_an_estimate_is_the_track() {
-    let mut track = track();
+    let mut target = target();
     let vectors = Vectors::from(&first());
-    let (corrected, whitened) = track.corrected(&vectors, [1.0; 3]).expect("sound");
+    let mut corrected = Corrected::before(&target.state, &target.covariance);
+    let whitened = correct_soundly(&mut corrected, &vectors, [1.0; 3]);
+    let whitened = whitened.expect("sound");
     assert!(whitened.iter().all(|y| y.abs() < 1.0));
-    let before = track.covariance[0][0];
-    track.take(&corrected);
-    assert_eq!(track.used, 2);
-    assert!(track.covariance[0][0] < before);
-    let estimate = track.estimate(f32::MAX, Mode::Tracking, true, Doubt::OUTLIER);
+    let before = target.covariance[0][0];
+    target.take(&corrected);
+    assert_eq!(target.used, 2);
+    assert!(target.covariance[0][0] < before);
+    let estimate = target.estimate(f32::MAX, Mode::Tracking, true, Doubt::OUTLIER);
     assert_eq!(estimate.nis, NIS_MAX);
     assert_eq!(
         (estimate.mode, estimate.outside, estimate.time_us),
@@ -151,16 +160,16 @@ fn a_correction_is_counted_and_an_estimate_is_the_track() {
     );
     assert_eq!(
         estimate.position_m,
-        [track.state[0], track.state[1], track.state[2]]
+        [target.state[0], target.state[1], target.state[2]]
     );
-    assert_eq!(estimate.covariance_m2[1][2], track.covariance[1][2]);
+    assert_eq!(estimate.covariance_m2[1][2], target.covariance[1][2]);
     let motion = estimate.motion.expect("recursive");
-    assert_eq!(motion.velocity_mps, track.velocity());
+    assert_eq!(motion.velocity_mps, target.velocity());
     assert_eq!(
         motion.acceleration_mps2,
-        [track.state[6], track.state[7], track.state[8]]
+        [target.state[6], target.state[7], target.state[8]]
     );
-    assert_eq!(motion.covariance, track.covariance);
+    assert_eq!(motion.covariance, target.covariance);
 }
 
 /// A measurement from a moving sensor elsewhere, as one joint update in f64 with the Jacobian by
@@ -172,11 +181,11 @@ fn a_correction_from_a_moving_sensor_is_the_textbooks() {
         position_m: [12.0, -30.0, 2.5],
         velocity_mps: [-9.0, 12.0, 0.5],
     };
-    let mut track = track();
+    let mut target = target();
     for i in 0..9 {
-        track.covariance[i][i] += 0.02;
+        target.covariance[i][i] += 0.02;
     }
-    let world: [f64; 9] = track.state.map(f64::from);
+    let world: [f64; 9] = target.state.map(f64::from);
     let h = |s: &[f64; 9]| {
         let d: [f64; 3] = core::array::from_fn(|i| s[i] - f64::from(sensor.position_m[i]));
         let v: [f64; 3] = core::array::from_fn(|i| s[3 + i] - f64::from(sensor.velocity_mps[i]));
@@ -200,9 +209,9 @@ fn a_correction_from_a_moving_sensor_is_the_textbooks() {
     let measured = h(&world) + away;
     let sigmas = [0.01, 0.008, 0.3, 0.2];
     let vectors = Vectors::whole(core::array::from_fn(|i| measured[i] as f32), sigmas);
-    track.seen_from(sensor.position_m);
-    let curvature = crate::recursive::curvature::curvature(&track.state, &track.covariance);
-    let prior = SMatrix::<f64, 9, 9>::from_fn(|i, j| f64::from(track.covariance[i][j]));
+    target.seen_from(sensor.position_m);
+    let curvature = crate::recursive::curvature::curvature(&target.state, &target.covariance);
+    let prior = SMatrix::<f64, 9, 9>::from_fn(|i, j| f64::from(target.covariance[i][j]));
     let noise = SMatrix::<f64, 4, 4>::from_diagonal(&SVector::from_fn(|i, _| {
         f64::from(sigmas[i]).powi(2) + f64::from(curvature[i])
     }));
@@ -210,11 +219,13 @@ fn a_correction_from_a_moving_sensor_is_the_textbooks() {
     let gain = prior * jacobian.transpose() * innovation.try_inverse().expect("regular");
     let mean = SVector::<f64, 9>::from(world) + gain * away;
     let spread = prior - gain * jacobian * prior;
-    track.relative_to(sensor.velocity_mps);
-    let corrected = track.corrected(&vectors, [1.0; 3]);
-    track.take(&corrected.expect("sound").0);
-    track.over_ground(sensor.velocity_mps);
-    let estimate = track.estimate(0.0, Mode::Tracking, false, Doubt::NONE);
+    target.relative_to(sensor.velocity_mps);
+    let mut corrected = Corrected::before(&target.state, &target.covariance);
+    let whitened = correct_soundly(&mut corrected, &vectors, [1.0; 3]);
+    assert!(whitened.is_some());
+    target.take(&corrected);
+    target.over_ground(sensor.velocity_mps);
+    let estimate = target.estimate(0.0, Mode::Tracking, false, Doubt::NONE);
     let motion = estimate.motion.expect("recursive");
     for i in 0..3 {
         assert!((f64::from(estimate.position_m[i]) - mean[i]).abs() < 1e-4);
@@ -232,15 +243,17 @@ fn a_correction_from_a_moving_sensor_is_the_textbooks() {
 fn only_the_relative_velocity_counts() {
     let vectors = Vectors::from(&first());
     let own = [3.0, -2.0, 1.0];
-    let corrected = |mut track: Track, own: [f32; 3]| {
-        track.relative_to(own);
-        let (corrected, _) = track.corrected(&vectors, [1.0; 3]).expect("sound");
-        track.take(&corrected);
-        track.over_ground(own);
-        (track.state, corrected.nis)
+    let corrected = |mut target: Target, own: [f32; 3]| {
+        target.relative_to(own);
+        let mut corrected = Corrected::before(&target.state, &target.covariance);
+        let whitened = correct_soundly(&mut corrected, &vectors, [1.0; 3]);
+        assert!(whitened.is_some());
+        target.take(&corrected);
+        target.over_ground(own);
+        (target.state, corrected.nis)
     };
-    let (plain, nis) = corrected(track(), own);
-    let mut boosted = track();
+    let (plain, nis) = corrected(target(), own);
+    let mut boosted = target();
     let boost = [16.0, 8.0, -4.0];
     for axis in 0..3 {
         boosted.state[3 + axis] += boost[axis];
@@ -260,48 +273,46 @@ fn only_the_relative_velocity_counts() {
 
 #[test]
 fn a_place_is_the_same_from_every_sensor() {
-    let place = |track: &Track| {
-        track
+    let place = |target: &Target| {
+        target
             .estimate(0.0, Mode::Tracking, false, Doubt::NONE)
             .position_m
     };
-    let mut seen = track();
+    let mut seen = target();
     seen.seen_from([40.0, -3.0, 1.0]);
-    assert!(!track().is_apart(&seen, 1e-3) && !seen.is_apart(&track(), 1e-3));
-    for (a, b) in place(&seen).into_iter().zip(place(&track())) {
+    assert!(!target().is_apart(&seen, 1e-3) && !seen.is_apart(&target(), 1e-3));
+    for (a, b) in place(&seen).into_iter().zip(place(&target())) {
         assert!((a - b).abs() < 1e-5);
     }
     seen.seen_from([0.0; 3]);
     for axis in 0..3 {
-        assert!((seen.state[axis] - track().state[axis]).abs() < 1e-5);
+        assert!((seen.state[axis] - target().state[axis]).abs() < 1e-5);
     }
     let mut away = first();
     away.sensor = Sensor::at([100.0, 0.0, 0.0]);
-    let away = Track::start(&away, &population()).expect("a track");
-    assert_eq!(away.state, track().state);
-    assert!((place(&away)[0] - place(&track())[0] - 100.0).abs() < 1e-4);
+    let away = start(&away).expect("a target");
+    assert_eq!(away.state, target().state);
+    assert!((place(&away)[0] - place(&target())[0] - 100.0).abs() < 1e-4);
 }
 
 /// Overflow is no correction.
 #[test]
 fn an_overflow_corrects_nothing() {
-    let mut track = track();
-    track.covariance[0][0] = f32::INFINITY;
-    assert!(
-        track
-            .corrected(&Vectors::from(&first()), [1.0; 3])
-            .is_none()
-    );
+    let mut target = target();
+    target.covariance[0][0] = f32::INFINITY;
+    let mut corrected = Corrected::before(&target.state, &target.covariance);
+    let whitened = correct_soundly(&mut corrected, &Vectors::from(&first()), [1.0; 3]);
+    assert!(whitened.is_none());
 }
 
-/// A track's factor and doubt are those of its state and covariance.
+/// A target's factor and doubt are those of its state and covariance.
 #[test]
 fn a_track_is_fused_and_doubted() {
     let factor = Factor {
         shifts: [1.0; 5],
         weights: [2.0; 5],
     };
-    let (before, mut fused) = (track(), track());
+    let (before, mut fused) = (target(), target());
     fused.fuse(&factor, &population(), 0.1);
     let (mut state, mut covariance) = (before.state, before.covariance);
     factor.fuse(&mut state, &mut covariance, &population(), 0.1);
@@ -316,7 +327,7 @@ fn a_track_is_fused_and_doubted() {
         dt_s: 0.2,
     };
     let (hypotheses, odds) = (Hypotheses::DRONE.known(), [0.7, 0.1, 0.1, 0.1]);
-    let mut doubted = track();
+    let mut doubted = target();
     doubted.doubt(&interval, &hypotheses, &odds);
     let mut covariance = before.covariance;
     interval.doubt(&mut covariance, &hypotheses, &odds);

@@ -1,6 +1,7 @@
-//! The filter's state at one time, and what it means to be sound.
+//! A target as the filter knows it at one time, and what it means to be sound.
 
-use super::correction::correct;
+use core::slice::{from_mut, from_ref};
+
 use super::factor::Factor;
 use super::foresight::Foresight;
 use super::hypotheses::{HYPOTHESES, Hypotheses};
@@ -30,7 +31,7 @@ const POSITION_MAX_M: f32 = 10.0 * RANGE_MAX_M;
 
 /// A target's state at one time.
 #[derive(Clone, Copy, Debug)]
-pub struct Track {
+pub struct Target {
     /// Microseconds.
     pub time_us: u64,
     /// Position, velocity, acceleration. The position counts from the sensor: what is asked of a place
@@ -48,15 +49,28 @@ pub struct Track {
     pub foresight: Foresight,
 }
 
-impl Track {
-    /// A track from its first measurement.
+impl Target {
+    /// None: room for one.
+    pub const NONE: Self = Self {
+        time_us: 0,
+        state: [0.0; 9],
+        sensor_m: [0.0; 3],
+        covariance: [[0.0; 9]; 9],
+        memory: Memory::NONE,
+        used: 0,
+        foresight: Foresight::START,
+    };
+
+    /// Makes a target of its first measurement, here whatever was here before.
     ///
     /// # Errors
-    /// [`StepError::Missing`] without an azimuth, [`StepError::Blunt`] if it says too little.
+    /// [`StepError::Missing`] without an azimuth, [`StepError::Blunt`] if it says too little; what is
+    /// here then means nothing.
     pub fn start(
+        &mut self,
         measurement: &Measurement,
         population: &Population<f32>,
-    ) -> Result<Self, StepError> {
+    ) -> Result<(), StepError> {
         if measurement.azimuth.is_none() {
             return Err(StepError::Missing(Channel::Azimuth));
         }
@@ -68,24 +82,23 @@ impl Track {
         } else {
             at_rest(&vectors, sensor.velocity_mps, population)
         };
-        let (state, covariance) = start(&still, population);
-        let mut track = Self {
-            time_us: measurement.time_us,
-            state,
-            sensor_m: sensor.position_m,
-            covariance,
-            memory: Memory::start(
-                population.sigmas_of(&vectors),
-                [state[3], state[4], state[5]],
-            ),
-            used: 1,
-            foresight: Foresight::START,
-        };
-        if track.settle() {
-            Ok(track)
+        (self.state, self.covariance) = start(&still, population);
+        self.time_us = measurement.time_us;
+        self.sensor_m = sensor.position_m;
+        self.memory = Memory::start(population.sigmas_of(&vectors), self.velocity());
+        self.used = 1;
+        self.foresight = Foresight::START;
+        if self.settle() {
+            Ok(())
         } else {
             Err(StepError::Blunt)
         }
+    }
+
+    /// Becomes another.
+    // As a slice of one: an assignment would go by a third one on the stack.
+    pub fn copy_from(&mut self, other: &Self) {
+        from_mut(self).copy_from_slice(from_ref(other));
     }
 
     /// Velocity, m/s.
@@ -98,7 +111,7 @@ impl Track {
         position_variance(&self.covariance)
     }
 
-    /// Whether another track's position is further away than `deviations` of both.
+    /// Whether another target's position is further away than `deviations` of both.
     pub fn is_apart(&self, other: &Self, deviations: f32) -> bool {
         let squared = |i: usize| {
             let apart = self.state[i] - other.state[i] - (other.sensor_m[i] - self.sensor_m[i]);
@@ -119,7 +132,7 @@ impl Track {
     }
 
     /// Makes the velocity relative to a sensor's (m/s), which is what its measurement is compared with and
-    /// corrects; [`Track::over_ground`] makes it what it is everywhere else. In place: a second state
+    /// corrects; [`Target::over_ground`] makes it what it is everywhere else. In place: a second state
     /// beside a correction would weigh on the stack of every step.
     pub fn relative_to(&mut self, sensor_mps: [f32; 3]) {
         for axis in 0..3 {
@@ -127,7 +140,7 @@ impl Track {
         }
     }
 
-    /// Undoes [`Track::relative_to`].
+    /// Undoes [`Target::relative_to`].
     pub fn over_ground(&mut self, sensor_mps: [f32; 3]) {
         self.relative_to(sensor_mps.map(|v| 0.0 - v));
     }
@@ -139,8 +152,7 @@ impl Track {
 
     /// Moves the state and its covariance ahead.
     pub fn predict(&mut self, sight: &LineOfSight<f32>, schedule: &Schedule<f32>, dt_s: f32) {
-        (self.state, self.covariance) =
-            predict(&self.state, &self.covariance, sight, schedule, dt_s);
+        predict(&mut self.state, &mut self.covariance, sight, schedule, dt_s);
     }
 
     /// Fuses what the network says of the state with the prediction.
@@ -158,8 +170,9 @@ impl Track {
         interval.doubt(&mut self.covariance, hypotheses, odds);
     }
 
-    /// What a measurement makes of the prediction over `interval` under all hypotheses, and its
-    /// whitened innovations; `None` where single precision overflows, or rounding spoils it.
+    /// What a measurement makes of the prediction over `interval` under all hypotheses, in `mixture`,
+    /// which is [`Mixture::before`] of it; returns its whitened innovations, or `None` where single precision overflows, or rounding
+    /// spoils it.
     // The corrections under every hypothesis would weigh on the stack of the prediction before, and
     // need not lie in flash twice.
     #[inline(never)]
@@ -169,14 +182,15 @@ impl Track {
         interval: &Interval<f32>,
         hypotheses: &Hypotheses<f32>,
         odds: &[f32; HYPOTHESES],
-    ) -> Option<(Mixture<f32>, [f32; 4])> {
-        let (mixture, whitened) =
-            interval.weigh(&self.state, &self.covariance, vectors, hypotheses, odds);
-        mixture.corrected.checked().ok()?;
-        Some((mixture, whitened))
+        mixture: &mut Mixture<f32>,
+    ) -> Option<[f32; 4]> {
+        let (state, covariance) = (&self.state, &self.covariance);
+        let whitened = interval.weigh(state, covariance, vectors, hypotheses, odds, mixture);
+        mixture.corrected.check().ok()?;
+        Some(whitened)
     }
 
-    /// Moves the track to `time_us` in one part under the model for motion that none was trained
+    /// Moves it to `time_us` in one part under the model for motion that none was trained
     /// for.
     pub fn drift(&mut self, time_us: u64, base: &Base<f32>) {
         let dt_s = seconds_between(self.time_us, time_us);
@@ -184,17 +198,6 @@ impl Track {
         if dt_s > 0.0 {
             self.predict(&self.sight(), &Schedule::wide(base), dt_s);
         }
-    }
-
-    /// What a measurement makes of the state, and its whitened innovations; `None` where single
-    /// precision overflows, or rounding spoils it.
-    pub fn corrected(
-        &self,
-        vectors: &Vectors<f32>,
-        scale: [f32; 3],
-    ) -> Option<(Corrected<f32, 9>, [f32; 4])> {
-        let (corrected, whitened) = correct(&self.state, &self.covariance, vectors, scale);
-        Some((corrected.checked().ok()?, whitened))
     }
 
     /// What was measured less what the state expects: elevation, azimuth, range, range-rate.
@@ -206,8 +209,8 @@ impl Track {
 
     /// Takes a correction.
     pub fn take(&mut self, corrected: &Corrected<f32, 9>) {
-        self.state = corrected.state;
-        self.covariance = corrected.covariance;
+        self.state.copy_from_slice(&corrected.state);
+        self.covariance.copy_from_slice(&corrected.covariance);
         self.used = self.used.saturating_add(1);
     }
 
@@ -223,7 +226,7 @@ impl Track {
             && (0..3).all(|i| self.covariance[i][i] < POSITION_SIGMA_MAX_M * POSITION_SIGMA_MAX_M)
     }
 
-    /// The track as an estimate, its position in the frame.
+    /// It as an estimate, its position in the frame.
     pub fn estimate(&self, nis: f32, mode: Mode, outside: bool, doubt: Doubt) -> Estimate {
         let covariance = &self.covariance;
         Estimate {

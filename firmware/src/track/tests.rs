@@ -1,0 +1,124 @@
+use super::*;
+use crate::blob::draft::Draft;
+use crate::measurement::Sensed;
+use crate::sensor::Sensor;
+use crate::tracker::Tracker;
+
+/// Tracks of a swarm on one model.
+const SWARM: usize = 20;
+
+/// A target that circles slowly, each of its own distance.
+fn seen(target: usize, step: u64) -> Measurement {
+    let sensed = |value, sigma| Some(Sensed { value, sigma });
+    let time_s = 0.1 * step as f32;
+    Measurement {
+        time_us: 1_000_000 + 100_000 * step,
+        range: sensed(25.0 + target as f32 + 0.3 * libm::sinf(7.0 * time_s), 0.3),
+        elevation: sensed(0.4, 0.005),
+        azimuth: sensed(0.5 + 0.03 * time_s, 0.005),
+        range_rate: sensed(0.0, 0.5),
+        sensor: Sensor::ORIGIN,
+    }
+}
+
+/// Many tracks that share a model and a workspace answer as trackers of their own.
+#[test]
+fn tracks_do_not_know_of_each_other() {
+    for draft in [Draft::recursive(3), Draft::memoryless(&[12, 3], 3)] {
+        let bytes = draft.bytes();
+        let model = Model::new(&bytes).expect("a blob");
+        let mut workspace = Workspace::new();
+        let of = |target: usize| Settings {
+            passes: 1 + target as u16 % 5,
+            seed: target as u64,
+            ..Settings::of(model.blob())
+        };
+        let mut tracks: [Track; SWARM] =
+            core::array::from_fn(|target| Track::new(&model, of(target)).expect("its own"));
+        let mut alone: std::vec::Vec<_> = (0..SWARM)
+            .map(|target| Tracker::new(model, of(target)).expect("its own"))
+            .collect();
+        for step in 0..12 {
+            for (target, track) in tracks.iter_mut().enumerate() {
+                let (seen, alone) = (seen(target, step), &mut alone[target]);
+                let got = track.likelihood(&model, &mut workspace, &seen);
+                assert_eq!(got, alone.likelihood(&seen));
+                if (step + target as u64).is_multiple_of(4) {
+                    let got = track.coast(&model, &mut workspace, seen.time_us);
+                    assert_eq!(got, alone.coast(seen.time_us));
+                } else {
+                    let got = track.step(&model, &mut workspace, &seen);
+                    assert_eq!(got, alone.step(&seen));
+                }
+                let ahead = [seen.time_us + 500_000];
+                let got = track.forecasts(&model, &mut workspace, &ahead);
+                assert_eq!(got, alone.forecasts(&ahead));
+            }
+        }
+    }
+}
+
+/// Twenty tracks on one model fit where one tracker of each would not.
+#[test]
+fn a_swarm_takes_36_kilobytes() {
+    let swarm = SWARM * TRACK_BYTES_MAX + crate::WORKSPACE_BYTES_MAX + crate::MODEL_BYTES_MAX;
+    assert!(swarm <= 36 * 1024, "{swarm}");
+    assert!(TRACK_BYTES_MAX <= 1_536);
+}
+
+/// In place it becomes what a new one is, whatever it was.
+#[test]
+fn a_track_begins_again_where_it_is() {
+    let blobs = [Draft::recursive(3), Draft::memoryless(&[12, 3], 3)].map(|draft| draft.bytes());
+    let [first, second] = [0, 1].map(|i: usize| Model::new(&blobs[i]).expect("a blob"));
+    let mut workspace = Workspace::new();
+    let mut track = Track::idle();
+    let refusal = track.step(&first, &mut workspace, &seen(0, 0));
+    assert_eq!(refusal, Err(StepError::OtherModel));
+    for model in [first, second, first] {
+        let settings = Settings {
+            seed: 9,
+            ..Settings::of(model.blob())
+        };
+        track.begin(&model, settings).expect("its own");
+        let mut fresh = Track::new(&model, settings).expect("its own");
+        assert_eq!((track.kind(), track.settings()), (model.kind(), settings));
+        assert_eq!(track.latest_us(), None);
+        for step in 0..4 {
+            let expected = fresh.step(&model, &mut workspace, &seen(3, step));
+            let got = track.step(&model, &mut workspace, &seen(3, step));
+            assert!(got.is_ok());
+            assert_eq!(got, expected);
+        }
+    }
+    let wrong = Settings {
+        correction: Correction::None,
+        ..Settings::of(first.blob())
+    };
+    let before = std::format!("{track:?}");
+    let refusal = track.begin(&first, wrong);
+    assert_eq!(refusal, Err(TrackerError::Correction(Correction::None)));
+    assert_eq!(std::format!("{track:?}"), before);
+}
+
+/// A reset track answers as a new one, from the start of its random stream.
+#[test]
+fn a_reset_track_is_a_new_one() {
+    for draft in [Draft::recursive(3), Draft::ensemble(3)] {
+        let bytes = draft.bytes();
+        let model = Model::new(&bytes).expect("a blob");
+        let settings = Settings {
+            passes: 4,
+            ..Settings::of(model.blob())
+        };
+        let mut track = Track::new(&model, settings).expect("its own");
+        let mut workspace = Workspace::new();
+        let mut flight = |track: &mut Track| {
+            [0, 1, 2].map(|step| track.step(&model, &mut workspace, &seen(5, step)))
+        };
+        let first = flight(&mut track);
+        assert!(first.iter().all(Result::is_ok));
+        track.reset();
+        assert_eq!(flight(&mut track), first);
+    }
+}
