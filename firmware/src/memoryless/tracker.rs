@@ -224,7 +224,7 @@ impl<'a> Memoryless<'a> {
         let layout = self.blob.features();
         let mut inputs = features(layout, previous, current, age_s);
         normalise(layout, self.blob.input_normalisation(), &mut inputs);
-        let inputs = &inputs[..layout.len()];
+        let inputs = &inputs[..layout.len().min(FEATURES_MAX)];
         let (passes, sampling) = (self.settings.passes, Sampling::Activations);
         let mut mean = Vector3::zeros();
         let mut covariance = Matrix3::zeros();
@@ -250,8 +250,11 @@ impl<'a> Memoryless<'a> {
                     &mut self.rng,
                     &mut self.scratch,
                 );
-                mean[axis] = single.mean[0];
-                covariance[(axis, axis)] = single.covariance[0][0];
+                let slots = (mean.get_mut(axis), covariance.get_mut((axis, axis)));
+                if let (Some(mean), Some(variance)) = slots {
+                    [*mean] = single.mean;
+                    [[*variance]] = single.covariance;
+                }
             }
         }
         let output = self.blob.output_normalisation();
