@@ -20,7 +20,8 @@ use bnkf::protocol::{
     Reply, Request, encode,
 };
 use bnkf::{
-    Call, LateTracker, Measurement, Mounting, Sensed, Sensor, Settings, Tracker, WrappingClock,
+    Call, LateTracker, Measurement, Mounting, Sensed, Sensor, Settings, StepError, Tracker,
+    WrappingClock,
 };
 
 // SAFETY: no object defines it, so what calls it does not link.
@@ -74,11 +75,19 @@ fn track(blob: Blob<'_>, settings: Settings) {
     };
     let seen = black_box(measurement());
     black_box((tracker.settings(), tracker.latest_us()));
-    black_box(tracker.step(&seen)).ok();
-    black_box(tracker.coast(black_box(1))).ok();
+    answered(tracker.step(&seen), |e| {
+        Reply::Estimate(EstimateFrame::new(e, 1))
+    });
+    answered(tracker.coast(black_box(1)), |e| {
+        Reply::Estimate(EstimateFrame::new(e, 1))
+    });
+    answered(tracker.forecasts(black_box(&[3, 4, 5])), |forecasts| {
+        Reply::Forecast(ForecastFrame::new(forecasts, 1))
+    });
+    answered(tracker.likelihood(&seen), |likelihood| {
+        Reply::Likelihood(LikelihoodFrame::new(likelihood, 1))
+    });
     black_box(tracker.forecast(black_box(2))).ok();
-    black_box(tracker.forecasts(black_box(&[3, 4, 5]))).ok();
-    black_box(tracker.likelihood(&seen)).ok();
     black_box(Call::new(black_box(6), black_box(None)).answer(&mut tracker)).ok();
     tracker.reset();
     let mut late = LateTracker::new(tracker);
@@ -89,6 +98,15 @@ fn track(blob: Blob<'_>, settings: Settings) {
     black_box((late.calls_rerun(), late.tracker().latest_us()));
     late.reset();
     black_box(&late);
+}
+
+/// An answer of a tracker as it goes over the line.
+fn answered<T>(answer: Result<T, StepError>, reply: impl FnOnce(&T) -> Reply) {
+    let reply = match &answer {
+        Ok(answer) => reply(answer),
+        Err(error) => Reply::Refused(RefusalCode::from(*error)),
+    };
+    black_box(encode(&reply)).ok();
 }
 
 fn measurement() -> Measurement {
@@ -113,15 +131,22 @@ fn directions() {
     black_box(WrappingClock::default().extend(black_box(1)));
 }
 
-/// What the image does with a byte and with its answers.
+/// What comes over the line, and what a host would send.
 fn frames(bytes: &[u8]) {
     let mut reader = FrameReader::new();
     for &byte in bytes {
-        if let Some(Ok(Request::Step(frame))) = reader.push(byte) {
-            black_box(Measurement::from(&frame));
+        match reader.push(byte) {
+            Some(Ok(Request::Step(frame) | Request::Likelihood(frame))) => {
+                black_box(Measurement::from(&frame));
+            }
+            Some(Ok(Request::Reset(reset))) => {
+                black_box(Settings::from(reset));
+            }
+            other => {
+                black_box(other);
+            }
         }
     }
-    black_box(MeasurementFrame::from(&black_box(measurement())));
-    black_box(encode(&black_box(Reply::Refused(RefusalCode::Blob)))).ok();
-    let _ = (EstimateFrame::new, ForecastFrame::new, LikelihoodFrame::new);
+    let frame = MeasurementFrame::from(&black_box(measurement()));
+    black_box(encode(&Request::Step(frame))).ok();
 }
