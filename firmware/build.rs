@@ -19,6 +19,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
 
+    if env::var_os("CARGO_FEATURE_SAME_BITS").is_some() {
+        let script = PathBuf::from(env::var("OUT_DIR")?).join("same-bits.x");
+        std::fs::write(&script, emulated_memory(&target)?)
+            .map_err(|error| format!("{}: {error}", script.display()))?;
+        println!("cargo::rustc-link-arg-bin=same-bits=-T{}", script.display());
+    }
+
     if env::var_os("CARGO_FEATURE_IMAGE").is_none() {
         return Ok(());
     }
@@ -46,4 +53,34 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("cargo::rustc-env=DEFMT_LOG=info");
     }
     Ok(())
+}
+
+/// The linker script for the machine on which QEMU runs the program of a target. QEMU loads data where they
+/// are used, so there is nothing to copy at the start.
+fn emulated_memory(target: &str) -> Result<String, String> {
+    let (code, ram): (u32, u32) = match target {
+        // mps2-an385, lm3s6965evb, mps2-an386
+        "thumbv6m-none-eabi" | "thumbv7m-none-eabi" | "thumbv7em-none-eabihf" => (0, 0x2000_0000),
+        // mps2-an505, in its secure memory
+        "thumbv8m.main-none-eabihf" => (0x1000_0000, 0x3800_0000),
+        // virt
+        _ if target.starts_with("riscv32") => (0x8000_0000, 0x8040_0000),
+        _ => return Err(format!("no emulated machine is known for {target}")),
+    };
+    // What the smallest of the machines, the lm3s6965evb, has.
+    let ram_bytes: u32 = 64 << 10;
+    Ok(format!(
+        "ENTRY(_start)
+stack_top = {ram:#x} + {ram_bytes:#x};
+SECTIONS
+{{
+  . = {code:#x};
+  .text : {{ KEEP(*(.start)) *(.text .text.*) *(.rodata .rodata.*) }}
+  . = {ram:#x};
+  .data : {{ *(.data .data.* .sdata .sdata.*) }}
+  .bss : {{ *(.bss .bss.* .sbss .sbss.*) }}
+  /DISCARD/ : {{ *(.ARM.exidx*) *(.eh_frame*) }}
+}}
+"
+    ))
 }

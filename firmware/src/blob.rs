@@ -1,7 +1,8 @@
 //! Checked zero-copy view over a model blob.
 //!
-//! Panic contract: [`Blob::parse`] accepts any bytes and never panics. Everything a view returns
-//! afterwards was checked by it, so accessors with an index in the stated range cannot fail.
+//! [`Blob::parse`] accepts any bytes, and everything a view returns afterwards was checked by it.
+//! Nothing here panics: an accessor with an index out of its range says NaN, or a layer without
+//! weights.
 
 mod error;
 pub mod field;
@@ -18,16 +19,21 @@ pub use network_view::{LayerView, NetworkView};
 use crc::{CRC_32_ISO_HDLC, Crc};
 
 use floats::{u16_at, u32_at};
-use reader::Reader;
+use reader::{LayerEntry, Reader};
 
 const CRC32: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+
+type Header = [u8; field::HEADER_LEN];
 
 /// A checked model blob; see `BLOB.md` for the format.
 #[derive(Clone, Copy, Debug)]
 pub struct Blob<'a> {
-    bytes: &'a [u8],
+    header: &'a Header,
     kind: Kind,
     features: FeatureLayout,
+    parameters: Floats<'a>,
+    input_normalisation: Floats<'a>,
+    output_normalisation: Floats<'a>,
     networks: [Option<NetworkView<'a>>; field::NETWORKS_MAX],
 }
 
@@ -38,25 +44,25 @@ impl<'a> Blob<'a> {
     /// The first thing found wrong, in the order of the fields.
     pub fn parse(bytes: &'a [u8]) -> Result<Self, BlobError> {
         use BlobError::Invalid;
-        check_frame(bytes)?;
-        let kind = match bytes[field::KIND] {
+        let header = check_frame(bytes)?;
+        let kind = match header[field::KIND] {
             1 => Kind::Memoryless,
             2 => Kind::Recursive,
             _ => return Err(Invalid(BlobField::Kind)),
         };
-        if bytes[field::UNITS] != field::UNITS_SI {
+        if header[field::UNITS] != field::UNITS_SI {
             return Err(Invalid(BlobField::Units));
         }
-        let features = match (kind, bytes[field::FEATURES]) {
+        let features = match (kind, header[field::FEATURES]) {
             (Kind::Memoryless, 1) => FeatureLayout::Polar12,
             (Kind::Memoryless, 2) => FeatureLayout::Polar13,
             (Kind::Recursive, 3) => FeatureLayout::Recursive64,
             _ => return Err(Invalid(BlobField::Features)),
         };
-        let networks = usize::from(bytes[field::NETWORKS]);
-        let inputs = usize::from(bytes[field::INPUTS]);
-        let outputs = usize::from(bytes[field::OUTPUTS]);
-        let parameters = usize::from(u16_at(bytes, field::PARAMETERS.start));
+        let networks = usize::from(header[field::NETWORKS]);
+        let inputs = usize::from(header[field::INPUTS]);
+        let outputs = usize::from(header[field::OUTPUTS]);
+        let parameters = usize::from(u16_at::<{ field::PARAMETERS.start }, _>(header));
         if inputs != features.len() {
             return Err(Invalid(BlobField::Inputs));
         }
@@ -68,7 +74,8 @@ impl<'a> Blob<'a> {
             }
             _ => return Err(Invalid(BlobField::Networks)),
         }
-        if !(1..=field::PASSES_MAX).contains(&u16_at(bytes, field::PASSES.start)) {
+        let passes = u16_at::<{ field::PASSES.start }, _>(header);
+        if !(1..=field::PASSES_MAX).contains(&passes) {
             return Err(Invalid(BlobField::Passes));
         }
         if parameters != kind.parameter_limits().len() {
@@ -78,19 +85,17 @@ impl<'a> Blob<'a> {
             bytes,
             at: field::HEADER_LEN,
         };
-        for (value, parameter) in reader
-            .floats(parameters)?
-            .iter()
-            .zip(kind.parameter_limits())
-        {
+        let parameters = reader.floats(parameters)?;
+        for (value, parameter) in parameters.iter().zip(kind.parameter_limits()) {
             if !(parameter.least..=parameter.most).contains(&value) {
                 return Err(BlobError::Parameter(parameter.name));
             }
         }
-        reader.normalisation(inputs, BlobField::InputNormalisation)?;
-        reader.normalisation(networks * outputs, BlobField::OutputNormalisation)?;
+        let input_normalisation = reader.normalisation(inputs, BlobField::InputNormalisation)?;
+        let output_normalisation =
+            reader.normalisation(networks * outputs, BlobField::OutputNormalisation)?;
 
-        let mut tables: [&[u8]; field::NETWORKS_MAX] = [&[]; field::NETWORKS_MAX];
+        let mut tables: [&[LayerEntry]; field::NETWORKS_MAX] = [&[]; field::NETWORKS_MAX];
         for table in tables.iter_mut().take(networks) {
             *table = reader.layer_table()?;
         }
@@ -106,9 +111,12 @@ impl<'a> Blob<'a> {
             });
         }
         Ok(Self {
-            bytes,
+            header,
             kind,
             features,
+            parameters,
+            input_normalisation,
+            output_normalisation,
             networks: views,
         })
     }
@@ -130,69 +138,62 @@ impl<'a> Blob<'a> {
 
     /// Number of networks.
     pub fn network_count(&self) -> usize {
-        usize::from(self.bytes[field::NETWORKS])
+        usize::from(self.header[field::NETWORKS])
     }
 
     /// Outputs of each network.
     pub fn outputs(&self) -> usize {
-        usize::from(self.bytes[field::OUTPUTS])
+        usize::from(self.header[field::OUTPUTS])
     }
 
     /// Monte Carlo passes by default.
     pub fn passes(&self) -> u16 {
-        u16_at(self.bytes, field::PASSES.start)
+        u16_at::<{ field::PASSES.start }, _>(self.header)
     }
 
     /// Checksum of the blob: its identity in logs and reports.
     pub fn checksum(&self) -> u32 {
-        u32_at(self.bytes, field::CRC.start)
+        u32_at::<{ field::CRC.start }, _>(self.header)
     }
 
     /// The parameters that follow the header; their meaning depends on the kind (see [`field`]).
     pub fn parameters(&self) -> Floats<'a> {
-        let count = usize::from(u16_at(self.bytes, field::PARAMETERS.start));
-        Floats(&self.bytes[field::HEADER_LEN..field::HEADER_LEN + 4 * count])
+        self.parameters
     }
 
     /// Pairs (mean, inverse scale) per input: the network sees `(feature - mean) * inverse scale`.
     pub fn input_normalisation(&self) -> Floats<'a> {
-        let start = field::HEADER_LEN + 4 * self.parameters().len();
-        Floats(&self.bytes[start..start + field::NORMALISATION_LEN * self.features.len()])
+        self.input_normalisation
     }
 
     /// Pairs (mean, scale) per output, all networks in order: estimate = `mean + scale * output`.
     pub fn output_normalisation(&self) -> Floats<'a> {
-        let start = field::HEADER_LEN
-            + 4 * self.parameters().len()
-            + field::NORMALISATION_LEN * self.features.len();
-        let outputs = self.network_count() * self.outputs();
-        Floats(&self.bytes[start..start + field::NORMALISATION_LEN * outputs])
+        self.output_normalisation
     }
 }
 
-/// Checksum of a blob's bytes, skipping the checksum field itself. `bytes` holds at least a header.
+/// Checksum of a blob's bytes, skipping the checksum field itself.
 pub fn checksum(bytes: &[u8]) -> u32 {
     let mut digest = CRC32.digest();
-    digest.update(&bytes[..field::CRC.start]);
-    digest.update(&bytes[field::CRC.end..]);
+    digest.update(bytes.get(..field::CRC.start).unwrap_or(bytes));
+    digest.update(bytes.get(field::CRC.end..).unwrap_or_default());
     digest.finalize()
 }
 
-fn check_frame(bytes: &[u8]) -> Result<(), BlobError> {
-    if bytes.len() < field::HEADER_LEN {
-        return Err(BlobError::Truncated {
-            needed: field::HEADER_LEN,
-            given: bytes.len(),
-        });
-    }
-    if bytes[field::MAGIC] != field::MAGIC_BYTES {
+/// The header of `bytes` that are as long as it says and have its checksum.
+fn check_frame(bytes: &[u8]) -> Result<&Header, BlobError> {
+    let header: &Header = bytes.first_chunk().ok_or(BlobError::Truncated {
+        needed: field::HEADER_LEN,
+        given: bytes.len(),
+    })?;
+    if header[field::MAGIC] != field::MAGIC_BYTES {
         return Err(BlobError::NotABlob);
     }
-    let version = u16_at(bytes, field::VERSION.start);
+    let version = u16_at::<{ field::VERSION.start }, _>(header);
     if version != field::FORMAT_VERSION {
         return Err(BlobError::UnknownVersion(version));
     }
-    let length = u32_at(bytes, field::LENGTH.start) as usize;
+    let length = u32_at::<{ field::LENGTH.start }, _>(header) as usize;
     if bytes.len() < length {
         return Err(BlobError::Truncated {
             needed: length,
@@ -205,10 +206,10 @@ fn check_frame(bytes: &[u8]) -> Result<(), BlobError> {
             given: bytes.len(),
         });
     }
-    if checksum(bytes) != u32_at(bytes, field::CRC.start) {
+    if checksum(bytes) != u32_at::<{ field::CRC.start }, _>(header) {
         return Err(BlobError::WrongChecksum);
     }
-    Ok(())
+    Ok(header)
 }
 
 #[cfg(test)]

@@ -174,7 +174,7 @@ impl<'a> LateTracker<'a> {
         let older = |middle: &mut (Track, usize)| full || middle.0.latest_us().is_some_and(is_old);
         if let Some((middle, count)) = self.middle.take_if(older) {
             self.base = middle;
-            self.calls.drain(..count);
+            self.calls.drain(..count.min(self.calls.len()));
         }
         let first_us = self.calls.first().map(Call::time_us);
         let begun_us = self.base.latest_us().or(first_us);

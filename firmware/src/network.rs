@@ -61,7 +61,9 @@ impl<'a> Network<'a> {
 
     /// Number of outputs.
     pub fn outputs(&self) -> usize {
-        self.view.layer(self.view.layers() - 1).outputs
+        self.view
+            .layer(self.view.layers().saturating_sub(1))
+            .outputs
     }
 
     /// Every weight at its mean. `inputs` are normalised; `outputs` are not yet scaled back.
@@ -86,13 +88,13 @@ impl<'a> Network<'a> {
         for (slot, &x) in activations.iter_mut().zip(inputs) {
             *slot = x;
         }
-        let last = self.view.layers() - 1;
+        let last = self.view.layers().saturating_sub(1);
         for index in 0..=last {
             let layer = self.view.layer(index);
-            vector.pack(&activations[..layer.inputs]);
+            vector.pack(&activations[..layer.inputs.min(WIDTH_MAX)]);
             if index < last {
                 layer::means(&layer, vector, activations);
-                gelu_in_place(&mut activations[..layer.outputs]);
+                gelu_in_place(&mut activations[..layer.outputs.min(WIDTH_MAX)]);
             } else {
                 layer::means(&layer, vector, outputs);
             }
@@ -108,58 +110,63 @@ impl<'a> Network<'a> {
         for (slot, &x) in activations.iter_mut().zip(inputs) {
             *slot = [x];
         }
-        let layer = self.view.layer(0);
-        packed.pack(&activations[..layer.inputs]);
-        layer::moments(&layer, &packed, |output, mean, variance| {
-            scratch.first[output] = (mean[0], sqrt(variance[0]));
+        let first = self.view.layer(0);
+        packed.pack(&activations[..first.inputs.min(WIDTH_MAX)]);
+        let slots = &mut scratch.first;
+        layer::moments(&first, &packed, slots, |slot, [mean], [variance]| {
+            *slot = (mean, sqrt(variance));
         });
     }
 
     /// [`LANES`] Monte Carlo passes for the inputs last given to [`Network::prepare`], by local
-    /// reparameterisation. Returns the outputs, `[output][pass]`, not yet scaled back.
+    /// reparameterisation. Returns the outputs, `[output][pass]`, not yet scaled back; what follows
+    /// them has no meaning.
     pub fn sampled_passes<'s>(
         &self,
         scratch: &'s mut Scratch,
         rng: &mut impl Rng,
-    ) -> &'s [[f32; LANES]] {
+    ) -> &'s [[f32; LANES]; WIDTH_MAX] {
         let Scratch {
             packed,
             activations,
             first,
             ..
         } = scratch;
-        let last = self.view.layers() - 1;
-        let mut outputs = self.view.layer(0).outputs;
+        let last = self.view.layers().saturating_sub(1);
+        let outputs = self.view.layer(0).outputs;
         for (slot, &(mean, sigma)) in activations.iter_mut().zip(first.iter()).take(outputs) {
             let drawn = standard_normals(rng).map(|normal| mean + sigma * normal);
             *slot = if last > 0 { gelus(drawn) } else { drawn };
         }
         for index in 1..=last {
             let layer = self.view.layer(index);
-            outputs = layer.outputs;
-            packed.pack(&activations[..layer.inputs]);
-            layer::moments(&layer, packed, |output, mean, variance| {
+            packed.pack(&activations[..layer.inputs.min(WIDTH_MAX)]);
+            layer::moments(&layer, packed, activations, |slot, mean, variance| {
                 let sigma = square_roots(variance);
                 let normals: [f32; LANES] = standard_normals(rng);
                 let drawn = core::array::from_fn(|lane| mean[lane] + sigma[lane] * normals[lane]);
-                activations[output] = if index < last { gelus(drawn) } else { drawn };
+                *slot = if index < last { gelus(drawn) } else { drawn };
             });
         }
-        &activations[..outputs]
+        activations
     }
 
     /// One pass with every weight drawn, for verification: slow, f32 throughout.
     pub fn weight_sampled_pass(&self, inputs: &[f32], rng: &mut impl Rng, outputs: &mut [f32]) {
         let mut current = [0.0_f32; WIDTH_MAX];
-        current[..inputs.len()].copy_from_slice(inputs);
-        let last = self.view.layers() - 1;
+        for (slot, &x) in current.iter_mut().zip(inputs) {
+            *slot = x;
+        }
+        let last = self.view.layers().saturating_sub(1);
         for index in 0..=last {
             let layer = self.view.layer(index);
             let mut next = [0.0_f32; WIDTH_MAX];
             layer::sample_weights(&layer, &current, rng, &mut next);
             current = if index < last { next.map(gelu) } else { next };
         }
-        outputs.copy_from_slice(&current[..outputs.len()]);
+        for (output, x) in outputs.iter_mut().zip(current) {
+            *output = x;
+        }
     }
 }
 
@@ -261,7 +268,6 @@ mod tests {
             for _ in 0..3 {
                 let mut same = rng.clone();
                 let got = network.sampled_passes(&mut scratch, &mut rng);
-                assert_eq!(got.len(), 3);
                 let count = draft.networks[0].iter().map(|layer| layer.outputs).sum();
                 let normals: Vec<[f32; LANES]> =
                     (0..count).map(|_| standard_normals(&mut same)).collect();
@@ -271,7 +277,7 @@ mod tests {
                         let normal = left.next().expect("one for each")[lane];
                         mean + variance.sqrt() * f64::from(normal)
                     });
-                    let got: Vec<f32> = got.iter().map(|lanes| lanes[lane]).collect();
+                    let got: Vec<f32> = got[..3].iter().map(|lanes| lanes[lane]).collect();
                     assert!(expected[0] < -1.0, "{expected:?}");
                     assert_close(&got, &expected, QUANTISED);
                 }

@@ -2,7 +2,10 @@
 
 use super::error::{BlobError, BlobField};
 use super::field;
-use super::floats::{Floats, f32_at, u16_at, u32_at};
+use super::floats::{Floats, u16_at, u32_at};
+
+/// Bytes of one entry of a layer table.
+pub type LayerEntry = [u8; field::LAYER_ENTRY_LEN];
 
 /// What of a blob has been checked so far.
 pub struct Reader<'a> {
@@ -23,58 +26,65 @@ impl<'a> Reader<'a> {
     }
 
     pub fn floats(&mut self, count: usize) -> Result<Floats<'a>, BlobError> {
-        Ok(Floats(self.take(4 * count)?))
+        Ok(Floats(self.take(4 * count)?.as_chunks().0))
     }
 
-    pub fn normalisation(&mut self, count: usize, name: BlobField) -> Result<(), BlobError> {
+    /// Pairs of mean and scale.
+    pub fn normalisation(
+        &mut self,
+        count: usize,
+        name: BlobField,
+    ) -> Result<Floats<'a>, BlobError> {
         let values = self.floats(2 * count)?;
-        for i in 0..count {
-            let (mean, scale) = (values.get(2 * i), values.get(2 * i + 1));
+        for [mean, scale] in values.pairs() {
             if !(mean.is_finite() && scale.is_finite() && scale > 0.0) {
                 return Err(BlobError::Invalid(name));
             }
         }
-        Ok(())
+        Ok(values)
     }
 
-    pub fn layer_table(&mut self) -> Result<&'a [u8], BlobError> {
+    pub fn layer_table(&mut self) -> Result<&'a [LayerEntry], BlobError> {
         let entry = self.take(field::NETWORK_ENTRY_LEN)?;
-        let layers = usize::from(u16_at(entry, 0));
+        let entry = entry.first_chunk::<{ field::NETWORK_ENTRY_LEN }>();
+        let &[low, high, padding @ ..] = entry.ok_or(BlobError::Invalid(BlobField::Layers))?;
+        let layers = usize::from(u16::from_le_bytes([low, high]));
         if !(1..=field::LAYERS_MAX).contains(&layers) {
             return Err(BlobError::Invalid(BlobField::Layers));
         }
-        if entry[2..4] != [0, 0] {
+        if padding != [0; field::NETWORK_ENTRY_LEN - 2] {
             return Err(BlobError::Invalid(BlobField::Padding));
         }
-        self.take(layers * field::LAYER_ENTRY_LEN)
+        Ok(self.take(layers * field::LAYER_ENTRY_LEN)?.as_chunks().0)
     }
 
     pub fn network(
         &mut self,
-        table: &[u8],
+        table: &[LayerEntry],
         network_inputs: usize,
         network_outputs: usize,
     ) -> Result<(), BlobError> {
         use BlobError::Invalid;
         let mut width = network_inputs;
-        for entry in table.chunks_exact(field::LAYER_ENTRY_LEN) {
-            let inputs = usize::from(u16_at(entry, field::LAYER_INPUTS.start));
-            let outputs = usize::from(u16_at(entry, field::LAYER_OUTPUTS.start));
+        for entry in table {
+            let inputs = usize::from(u16_at::<{ field::LAYER_INPUTS.start }, _>(entry));
+            let outputs = usize::from(u16_at::<{ field::LAYER_OUTPUTS.start }, _>(entry));
             if inputs != width || !(1..=field::WIDTH_MAX).contains(&outputs) {
                 return Err(Invalid(BlobField::LayerSize));
             }
             width = outputs;
-            if u32_at(entry, field::LAYER_OFFSET.start) as usize != self.at {
+            if u32_at::<{ field::LAYER_OFFSET.start }, _>(entry) as usize != self.at {
                 return Err(Invalid(BlobField::LayerOffset));
             }
-            let variance_max = f32_at(entry, field::LAYER_VARIANCE_MAX.start);
+            let variance_max = u32_at::<{ field::LAYER_VARIANCE_MAX.start }, _>(entry);
+            let variance_max = f32::from_bits(variance_max);
             if !(variance_max.is_finite() && variance_max >= 0.0) {
                 return Err(Invalid(BlobField::VarianceMax));
             }
-            let stride = field::row_stride(inputs);
+            let stride = field::row_stride(inputs).max(1);
             for _means_then_codes in 0..2 {
                 for row in self.take(outputs * stride)?.chunks_exact(stride) {
-                    if row[inputs..].iter().any(|&byte| byte != 0) {
+                    if row.iter().skip(inputs).any(|&byte| byte != 0) {
                         return Err(Invalid(BlobField::Padding));
                     }
                 }

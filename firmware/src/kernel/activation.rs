@@ -38,7 +38,7 @@ pub fn gelu(x: f32) -> f32 {
     let position = (x + LIMIT_F32) * STEPS_PER_UNIT as f32;
     let index = position as usize;
     let fraction = position - index as f32;
-    let [low, step] = TABLE[index];
+    let [low, step] = TABLE[index.min(ENTRIES - 1)];
     low + step * fraction
 }
 

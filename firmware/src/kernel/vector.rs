@@ -69,18 +69,17 @@ impl Vector {
         means: &mut [f32],
     ) {
         let count = scales.len().min(biases.len()).min(means.len());
-        let sums = &mut self.sums[..count.min(WIDTH_MAX)];
+        let count = count.min(WIDTH_MAX);
+        let sums = &mut self.sums[..count];
         let words = self.words.get(..self.used).unwrap_or(&self.words);
         dot_rows(rows, words, sums);
         #[cfg(arm_vfp)]
         let (sums, scales, biases, means) = {
             let (sums, sums_left) = sums.as_chunks();
-            let whole = 4 * sums.len();
-            let (scales, scales_left) = scales.split_at(whole);
-            let (biases, biases_left) = biases.split_at(whole);
-            let (means, means_left) = means.split_at_mut(whole);
-            let (scales, biases) = (scales.as_chunks().0, biases.as_chunks().0);
-            vfp::scale_rows(sums, self.scale, scales, biases, means.as_chunks_mut().0);
+            let (scales, scales_left) = scales[..count].as_chunks();
+            let (biases, biases_left) = biases[..count].as_chunks();
+            let (means, means_left) = means[..count].as_chunks_mut();
+            vfp::scale_rows(sums, self.scale, scales, biases, means);
             (sums_left, scales_left, biases_left, means_left)
         };
         let channels = scales.iter().zip(biases).zip(means);

@@ -215,7 +215,7 @@ impl Memoryless<'_, '_> {
         let layout = self.model.blob.features();
         let mut inputs = features(layout, previous, current, age_s);
         normalise(layout, self.model.blob.input_normalisation(), &mut inputs);
-        let inputs = &inputs[..layout.len()];
+        let inputs = &inputs[..layout.len().min(FEATURES_MAX)];
         let (passes, sampling) = (self.settings.passes, Sampling::Activations);
         let mut mean = Vector3::zeros();
         let mut covariance = Matrix3::zeros();
@@ -241,8 +241,11 @@ impl Memoryless<'_, '_> {
                     self.rng,
                     &mut self.workspace.scratch,
                 );
-                mean[axis] = single.mean[0];
-                covariance[(axis, axis)] = single.covariance[0][0];
+                let slots = (mean.get_mut(axis), covariance.get_mut((axis, axis)));
+                if let (Some(mean), Some(variance)) = slots {
+                    [*mean] = single.mean;
+                    [[*variance]] = single.covariance;
+                }
             }
         }
         let output = self.model.blob.output_normalisation();

@@ -10,25 +10,28 @@ use crate::gaussian::standard_normal;
 use crate::kernel::{Packed, Vector, sqrt};
 use rand_core::Rng;
 
-/// Calls `each(output, mean, variance)` with the moments of every pre-activation, for `L` passes.
+/// Calls `each(slot, mean, variance)` with the moments of every pre-activation, for `L` passes; there is a
+/// slot for every output.
 #[inline]
-pub fn moments<const L: usize>(
+pub fn moments<const L: usize, T>(
     layer: &LayerView<'_>,
     packed: &Packed<L>,
-    mut each: impl FnMut(usize, [f32; L], [f32; L]),
+    slots: &mut [T],
+    mut each: impl FnMut(&mut T, [f32; L], [f32; L]),
 ) {
-    let stride = row_stride(layer.inputs);
+    // A row is never empty, which the compiler does not know.
+    let stride = row_stride(layer.inputs).max(1);
     let rows = layer
         .means
         .chunks_exact(stride)
         .zip(layer.variance_codes.chunks_exact(stride));
-    for (output, (means, codes)) in rows.enumerate() {
-        let scale = layer.channel_scale.get(output);
-        let bias_mean = layer.bias_mean.get(output);
-        let bias_variance = layer.bias_variance.get(output);
+    let channels = layer.channel_scale.iter();
+    let biases = layer.bias_mean.iter().zip(layer.bias_variance.iter());
+    let rows = rows.zip(channels).zip(biases).zip(slots);
+    for ((((means, codes), scale), (bias_mean, bias_variance)), slot) in rows {
         let (mean, variance) = packed.dots(means, codes);
         each(
-            output,
+            slot,
             mean.map(|dot| dot * scale + bias_mean),
             variance.map(|dot| dot * layer.variance_max + bias_variance),
         );
@@ -71,6 +74,7 @@ mod tests {
     use crate::blob::Blob;
     use crate::blob::draft::Draft;
     use crate::rng::seeded;
+    use std::vec::Vec;
 
     const INPUTS: usize = 12;
     const OUTPUTS: usize = 3;
@@ -96,8 +100,11 @@ mod tests {
         let lanes = x.map(|x| [x, 2.0 - x]);
         let mut packed = Packed::<2>::new();
         packed.pack(&lanes);
+        // One more than there are outputs.
+        let mut places: Vec<usize> = (0..=OUTPUTS).collect();
         let mut seen = 0;
-        moments(&layer, &packed, |output, mean, variance| {
+        moments(&layer, &packed, &mut places, |output, mean, variance| {
+            let output = *output;
             assert_eq!(output, seen);
             seen += 1;
             for lane in 0..2 {
@@ -128,8 +135,8 @@ mod tests {
         let mut got = [f32::NAN; 8];
         means(&layer, &mut vector, &mut got);
         let mut seen = 0;
-        moments(&layer, &packed, |output, mean, _| {
-            assert_eq!(got[output], mean[0]);
+        moments(&layer, &packed, &mut got, |got, mean, _| {
+            assert_eq!(*got, mean[0]);
             seen += 1;
         });
         assert_eq!(seen, 7);

@@ -1,5 +1,6 @@
 //! Bytes of one frame: COBS around a postcard message and its CRC-32.
 
+use cobs::{DecodeResult, DecoderState};
 use crc::{CRC_32_ISO_HDLC, Crc};
 use heapless::Vec;
 use serde::{Serialize, de::DeserializeOwned};
@@ -65,15 +66,16 @@ pub fn encode<M: Serialize>(message: &M) -> Result<Frame, EncodeError> {
     let message_len = postcard::to_slice(message, &mut body[..MESSAGE_BYTES_MAX])
         .map_err(|_| EncodeError)?
         .len();
-    let crc = CRC.checksum(&body[..message_len]);
-    let body_len = message_len + CRC_BYTES;
-    body[message_len..body_len].copy_from_slice(&crc.to_le_bytes());
+    let (message, rest) = body.split_at_mut_checked(message_len).ok_or(EncodeError)?;
+    let crc = rest.first_chunk_mut().ok_or(EncodeError)?;
+    *crc = CRC.checksum(message).to_le_bytes();
+    let body = body.get(..message_len + CRC_BYTES).ok_or(EncodeError)?;
 
     let mut frame = Frame::new();
     frame
-        .resize(cobs::max_encoding_length(body_len), DELIMITER)
+        .resize(cobs::max_encoding_length(body.len()), DELIMITER)
         .map_err(|_| EncodeError)?;
-    let frame_len = cobs::try_encode(&body[..body_len], &mut frame).map_err(|_| EncodeError)?;
+    let frame_len = cobs::try_encode(body, &mut frame).map_err(|_| EncodeError)?;
     frame.truncate(frame_len);
     frame.push(DELIMITER).map_err(|_| EncodeError)?;
     Ok(frame)
@@ -119,8 +121,7 @@ impl FrameReader {
 
 /// Decodes the bytes of one frame, without its delimiter, in place.
 fn decode<M: DeserializeOwned>(frame: &mut [u8]) -> Result<M, FrameError> {
-    let body_len = cobs::decode_in_place(frame).map_err(|_| FrameError::Stuffing)?;
-    let body = frame.get(..body_len).ok_or(FrameError::Stuffing)?;
+    let body = unstuff(frame).ok_or(FrameError::Stuffing)?;
     let (message, crc) = body
         .split_last_chunk::<CRC_BYTES>()
         .ok_or(FrameError::Checksum)?;
@@ -130,6 +131,24 @@ fn decode<M: DeserializeOwned>(frame: &mut [u8]) -> Result<M, FrameError> {
     match postcard::take_from_bytes(message) {
         Ok((message, [])) => Ok(message),
         _ => Err(FrameError::Message),
+    }
+}
+
+/// Undoes the byte stuffing of a whole frame in place. (`cobs::decode_in_place` indexes, so it keeps a path
+/// to a panic.)
+fn unstuff(frame: &mut [u8]) -> Option<&[u8]> {
+    let mut state = DecoderState::Idle;
+    let mut filled = 0;
+    for at in 0..frame.len() {
+        let byte = *frame.get(at)?;
+        if let DecodeResult::DataContinue(byte) = state.feed(byte).ok()? {
+            *frame.get_mut(filled)? = byte;
+            filled += 1;
+        }
+    }
+    match state.feed(DELIMITER).ok()? {
+        DecodeResult::DataComplete => frame.get(..filled),
+        _ => None,
     }
 }
 

@@ -25,24 +25,21 @@ pub fn curvature<S: Scalar>(state: &State<S>, covariance: &Covariance<S>) -> [S;
     let upward = [-(sin_el * c), -(sin_el * s), cos_el];
     let radial = [c, s, zero];
     let along = [cos_el * c, cos_el * s, sin_el];
-    // P_block b for the four blocks' right-hand vectors that occur.
-    let times = |i: usize, j: usize, b: &[S; 3]| -> [S; 3] {
-        core::array::from_fn(|row| {
-            let mut sum = zero;
-            for column in 0..3 {
-                sum = sum + covariance[i + row][j + column] * b[column];
-            }
-            sum
-        })
+    // P_block b for the blocks' right-hand vectors that occur.
+    let times = |block: &[[S; 3]; 3], b: &[S; 3]| -> [S; 3] {
+        block.map(|[x, y, z]| zero + x * b[0] + y * b[1] + z * b[2])
     };
+    let places = block::<S, 0, 0>(covariance);
+    let velocities = block::<S, 3, 3>(covariance);
+    let between = block::<S, 0, 3>(covariance);
     let dot = |a: &[S; 3], b: &[S; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    let (pl, pu) = (times(0, 0, &lateral), times(0, 0, &upward));
+    let (pl, pu) = (times(&places, &lateral), times(&places, &upward));
     let (ll, uu, lu) = (dot(&lateral, &pl), dot(&upward, &pu), dot(&lateral, &pu));
-    let (rr, rl) = (dot(&radial, &times(0, 0, &radial)), dot(&radial, &pl));
-    let (aa, au) = (dot(&along, &times(0, 0, &along)), dot(&along, &pu));
-    let (vl, vu) = (times(3, 3, &lateral), times(3, 3, &upward));
+    let (rr, rl) = (dot(&radial, &times(&places, &radial)), dot(&radial, &pl));
+    let (aa, au) = (dot(&along, &times(&places, &along)), dot(&along, &pu));
+    let (vl, vu) = (times(&velocities, &lateral), times(&velocities, &upward));
     let (vll, vuu, vlu) = (dot(&lateral, &vl), dot(&upward, &vu), dot(&lateral, &vu));
-    let (cl, cu) = (times(0, 3, &lateral), times(0, 3, &upward));
+    let (cl, cu) = (times(&between, &lateral), times(&between, &upward));
     let (cll, cuu) = (dot(&lateral, &cl), dot(&upward, &cu));
     let (clu, cul) = (dot(&lateral, &cu), dot(&upward, &cl));
     let elevation_sway = half * ll * ll * (sin_el * sin_el) / (cos_el * cos_el);
@@ -51,6 +48,15 @@ pub fn curvature<S: Scalar>(state: &State<S>, covariance: &Covariance<S>) -> [S;
         (rr * ll + rl * rl) / (rho2 * rho2),
         half * (ll * ll + uu * uu + two * lu * lu) / range2,
         (ll * vll + uu * vuu + two * lu * vlu + cll * cll + cuu * cuu + two * clu * cul) / range2,
+    ]
+}
+
+/// Three rows from `I` on and three columns from `J` on.
+fn block<S: Scalar, const I: usize, const J: usize>(p: &Covariance<S>) -> [[S; 3]; 3] {
+    [
+        [p[I][J], p[I][J + 1], p[I][J + 2]],
+        [p[I + 1][J], p[I + 1][J + 1], p[I + 1][J + 2]],
+        [p[I + 2][J], p[I + 2][J + 1], p[I + 2][J + 2]],
     ]
 }
 

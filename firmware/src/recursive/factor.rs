@@ -69,16 +69,23 @@ impl<S: Scalar> Factor<S> {
         let upward = [zero, zero, c(1.0)];
         let p = population;
         let numbers = [
-            (0, radial, p.horizontal_m, p.horizontal_sigma_m),
-            (0, upward, p.height_m, p.height_sigma_m),
-            (3, radial, zero, p.horizontal_sigma_mps),
-            (3, lateral, zero, p.horizontal_sigma_mps),
-            (3, upward, zero, p.vertical_sigma_mps),
+            (false, radial, p.horizontal_m, p.horizontal_sigma_m),
+            (false, upward, p.height_m, p.height_sigma_m),
+            (true, radial, zero, p.horizontal_sigma_mps),
+            (true, lateral, zero, p.horizontal_sigma_mps),
+            (true, upward, zero, p.vertical_sigma_mps),
         ];
         let present = presence(state, &sight, population) * dt_s * c(1.0 / WEIGHT_TIME_S);
-        for (i, (block, axis, mean, sigma)) in numbers.into_iter().enumerate() {
-            let along =
-                |x: &[S; 9]| axis[0] * x[block] + axis[1] * x[block + 1] + axis[2] * x[block + 2];
+        for (i, (of_velocity, axis, mean, sigma)) in numbers.into_iter().enumerate() {
+            let along = |x: &[S; 9]| {
+                let [px, py, pz, vx, vy, vz, ..] = *x;
+                let [x, y, z] = if of_velocity {
+                    [vx, vy, vz]
+                } else {
+                    [px, py, pz]
+                };
+                axis[0] * x + axis[1] * y + axis[2] * z
+            };
             // A symmetric covariance has its rows as columns.
             let cross: [S; 9] = core::array::from_fn(|row| along(&covariance[row]));
             let weight = self.weights[i] * present;

@@ -26,16 +26,17 @@ pub fn features<S: Scalar>(
     let velocity = sight.level([state[3], state[4], state[5]]);
     let acceleration = sight.level([state[6], state[7], state[8]]);
     let mut list = [c(0.0); FEATURES];
-    let mut writer = Writer {
-        list: &mut list,
-        filled: 0,
-    };
+    let mut writer = Writer { rest: &mut list };
     writer.all([sight.range_m, state[2]]);
     writer.all(velocity);
     writer.all(acceleration);
-    for block in [0, 3, 6] {
-        let entry = |row: usize, column: usize| covariance[block + row][block + column];
-        let variances = sight.level_variances(entry(0, 0), entry(0, 1), entry(1, 1), entry(2, 2));
+    let p = covariance;
+    for [xx, xy, yy, zz] in [
+        [p[0][0], p[0][1], p[1][1], p[2][2]],
+        [p[3][3], p[3][4], p[4][4], p[5][5]],
+        [p[6][6], p[6][7], p[7][7], p[8][8]],
+    ] {
+        let variances = sight.level_variances(xx, xy, yy, zz);
         writer.all(variances.map(|v| c(0.5) * v.max(c(1e-10)).ln()));
     }
     for (mean, time_s) in memory.velocity_means.iter().zip(MEAN_TIMES_S) {
@@ -71,15 +72,18 @@ pub fn features<S: Scalar>(
     list
 }
 
-struct Writer<'l, S> {
-    list: &'l mut [S; FEATURES],
-    filled: usize,
+/// Fills a list from its beginning.
+struct Writer<'a, S> {
+    rest: &'a mut [S],
 }
 
 impl<S: Scalar> Writer<'_, S> {
+    /// What there is no room for any more is left out.
     fn all<const N: usize>(&mut self, values: [S; N]) {
-        self.list[self.filled..self.filled + N].copy_from_slice(&values);
-        self.filled += N;
+        if let Some((first, rest)) = core::mem::take(&mut self.rest).split_first_chunk_mut() {
+            *first = values;
+            self.rest = rest;
+        }
     }
 }
 

@@ -106,29 +106,18 @@ pub fn add_noise<S: Scalar>(
     let jerk = sight.world_covariance(noise.jerk);
     let acceleration = sight.world_covariance(noise.acceleration);
     // Blocks (position, velocity, acceleration) of the integrals of white jerk and acceleration.
-    let blocks = [
-        (0, 0, dt2 * dt3 / constant(20.0), dt3 / constant(3.0)),
-        (1, 0, dt2 * dt2 / constant(8.0), dt2 * constant(0.5)),
-        (1, 1, dt3 / constant(3.0), dt_s),
-        (2, 0, dt3 / constant(6.0), constant(0.0)),
-        (2, 1, dt2 * constant(0.5), constant(0.0)),
-        (2, 2, dt_s, constant(0.0)),
-    ];
-    for (row, column, by_jerk, by_acceleration) in blocks {
-        let [xx, xy, yy, zz] =
-            core::array::from_fn(|i| by_jerk * jerk[i] + by_acceleration * acceleration[i]);
-        let (r, c) = (3 * row, 3 * column);
-        let mut add = |i: usize, j: usize, value: S| {
-            covariance[r + i][c + j] = covariance[r + i][c + j] + value;
-        };
-        add(0, 0, xx);
-        add(1, 0, xy);
-        add(1, 1, yy);
-        add(2, 2, zz);
-        if row != column {
-            add(0, 1, xy);
-        }
-    }
+    let weighed = |by_jerk: S, by_acceleration: S| {
+        core::array::from_fn(|i| by_jerk * jerk[i] + by_acceleration * acceleration[i])
+    };
+    let p = covariance;
+    let zero = constant(0.0);
+    add_block::<S, 0, 0>(p, weighed(dt2 * dt3 / constant(20.0), dt3 / constant(3.0)));
+    add_block::<S, 3, 0>(p, weighed(dt2 * dt2 / constant(8.0), dt2 * constant(0.5)));
+    add_block::<S, 3, 3>(p, weighed(dt3 / constant(3.0), dt_s));
+    add_block::<S, 6, 0>(p, weighed(dt3 / constant(6.0), zero));
+    add_block::<S, 6, 3>(p, weighed(dt2 * constant(0.5), zero));
+    add_block::<S, 6, 6>(p, weighed(dt_s, zero));
+    let covariance = p;
     for axis in 0..3 {
         covariance[axis][axis] = covariance[axis][axis] + noise.velocity * dt_s;
     }
@@ -136,6 +125,24 @@ pub fn add_noise<S: Scalar>(
         for column in 0..row {
             covariance[column][row] = covariance[row][column];
         }
+    }
+}
+
+/// Adds the entries xx, xy, yy and zz of a symmetric block, whose other two are zero; of one on the
+/// diagonal the lower triangle.
+fn add_block<S: Scalar, const ROW: usize, const COLUMN: usize>(
+    covariance: &mut Covariance<S>,
+    [xx, xy, yy, zz]: [S; 4],
+) {
+    let mut add = |row: usize, column: usize, value: S| {
+        covariance[row][column] = covariance[row][column] + value;
+    };
+    add(ROW, COLUMN, xx);
+    add(ROW + 1, COLUMN, xy);
+    add(ROW + 1, COLUMN + 1, yy);
+    add(ROW + 2, COLUMN + 2, zz);
+    if ROW != COLUMN {
+        add(ROW, COLUMN + 1, xy);
     }
 }
 

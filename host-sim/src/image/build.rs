@@ -1,16 +1,16 @@
-//! Builds the image with a given blob in its flash.
+//! Builds the image with a given blob in its flash, and the other programs for microcontrollers.
 
 use std::env;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
-use std::process::ExitStatus;
+use std::process::{Command, ExitStatus};
 
-use crate::image::toolchain::{TARGET, Toolchain};
+use crate::image::toolchain::Toolchain;
 
 const PACKAGE: &str = "bnkf";
 const BINARY: &str = "tracker-image";
-/// Profile and feature of the image, both called the same.
+/// Feature of the image, and the profile of everything that runs on a microcontroller.
 const IMAGE: &str = "image";
 
 /// Why the image was not built.
@@ -31,7 +31,9 @@ pub enum ImageBuildError {
         cause: io::Error,
     },
     /// The compiler failed; it has said why.
-    #[error("building the image failed ({status}), see the compiler's messages above")]
+    #[error(
+        "building for the microcontroller failed ({status}), see the compiler's messages above"
+    )]
     Compiler {
         /// Its exit status.
         status: ExitStatus,
@@ -51,15 +53,7 @@ pub fn build_image(
         let path = path.to_owned();
         move |cause| ImageBuildError::Io { path, cause }
     };
-    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    if !workspace.join("firmware/Cargo.toml").is_file() {
-        return Err(ImageBuildError::NoSources { workspace });
-    }
-    let target_dir = env::var_os("CARGO_TARGET_DIR")
-        .map_or_else(|| workspace.join("target"), PathBuf::from)
-        .join("tracker-image")
-        .join(toolchain.slug());
-    fs::create_dir_all(&target_dir).map_err(io(&target_dir))?;
+    let target_dir = target_dir(toolchain)?;
 
     // Another build with another blob must not replace the file before it was copied.
     let lock_path = target_dir.join("copying.lock");
@@ -72,20 +66,63 @@ pub fn build_image(
         fs::write(&blob_path, blob).map_err(io(&blob_path))?;
     }
 
+    let built = build(toolchain, BINARY, IMAGE, |command| {
+        command.env("BNKF_BLOB", &blob_path);
+    })?;
+    fs::copy(&built, image).map_err(io(&built))?;
+    Ok(())
+}
+
+/// Builds the program `name` of the firmware's package, which has a feature of the same name.
+///
+/// # Errors
+/// The sources are missing, or the compiler or the linker failed.
+pub fn build_program(toolchain: &Toolchain, name: &str) -> Result<PathBuf, ImageBuildError> {
+    build(toolchain, name, name, |_| {})
+}
+
+fn workspace() -> Result<PathBuf, ImageBuildError> {
+    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    if workspace.join("firmware/Cargo.toml").is_file() {
+        Ok(workspace)
+    } else {
+        Err(ImageBuildError::NoSources { workspace })
+    }
+}
+
+/// Where a toolchain's artefacts lie.
+fn target_dir(toolchain: &Toolchain) -> Result<PathBuf, ImageBuildError> {
+    let target_dir = match env::var_os("CARGO_TARGET_DIR") {
+        Some(folder) => PathBuf::from(folder),
+        None => workspace()?.join("target"),
+    };
+    let path = target_dir.join("tracker-image").join(toolchain.slug());
+    fs::create_dir_all(&path)
+        .map(|()| path.clone())
+        .map_err(|cause| ImageBuildError::Io { path, cause })
+}
+
+fn build(
+    toolchain: &Toolchain,
+    binary: &str,
+    feature: &str,
+    with: impl FnOnce(&mut Command),
+) -> Result<PathBuf, ImageBuildError> {
+    let target_dir = target_dir(toolchain)?;
     let mut command = toolchain.cargo_build();
     command
-        .args(["--package", PACKAGE, "--bin", BINARY])
-        .args(["--features", IMAGE, "--profile", IMAGE, "--locked"])
+        .args(["--package", PACKAGE, "--bin", binary])
+        .args(["--features", feature, "--profile", IMAGE, "--locked"])
         .arg("--target-dir")
         .arg(&target_dir)
-        .env("BNKF_BLOB", &blob_path)
-        .current_dir(&workspace);
-    let program = PathBuf::from(command.get_program());
-    let status = command.status().map_err(io(&program))?;
+        .current_dir(workspace()?);
+    with(&mut command);
+    let status = command.status().map_err(|cause| ImageBuildError::Io {
+        path: command.get_program().into(),
+        cause,
+    })?;
     if !status.success() {
         return Err(ImageBuildError::Compiler { status });
     }
-    let built = target_dir.join(TARGET).join(IMAGE).join(BINARY);
-    fs::copy(&built, image).map_err(io(&built))?;
-    Ok(())
+    Ok(target_dir.join(toolchain.target()).join(IMAGE).join(binary))
 }

@@ -1,4 +1,4 @@
-//! Finds a compiler that can build for the microcontroller.
+//! Finds a compiler that can build for a microcontroller.
 //!
 //! Two are known. `installed`: the `rustc` in use already has the target's libraries, as after
 //! `rustup target add`. `debian`: Debian's packages rustc-web, cargo-web and rust-web-src, which
@@ -27,9 +27,10 @@ pub enum ToolchainChoice {
     Debian,
 }
 
-/// A toolchain that can build the image.
+/// A toolchain that can build for one target.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Toolchain {
+    target: &'static str,
     cargo: OsString,
     /// What differs from the caller's own toolchain; `None` when nothing does.
     from_source: Option<FromSource>,
@@ -46,9 +47,12 @@ struct FromSource {
 pub enum ToolchainError {
     /// The `rustc` in use has no libraries for the target.
     #[error(
-        "the installed rustc cannot build for {TARGET}: run `rustup target add {TARGET}` or tests/setup.sh"
+        "the installed rustc cannot build for {target}: run `rustup target add {target}` or tests/setup.sh"
     )]
-    NoTarget,
+    NoTarget {
+        /// The target.
+        target: &'static str,
+    },
     /// Debian's compiler or its sources are missing.
     #[error(
         "Debian's rustc-web, cargo-web and rust-web-src are not complete ({} is missing): run tests/setup.sh",
@@ -60,39 +64,57 @@ pub enum ToolchainError {
     },
     /// Debian's compiler is there, but no linker for the target.
     #[error(
-        "no linker for {TARGET}: neither rustup's rust-lld nor ld.lld found; run tests/setup.sh"
+        "no linker for microcontrollers: neither rustup's rust-lld nor ld.lld found; run tests/setup.sh"
     )]
     NoLinker,
     /// Neither toolchain is there.
     #[error(
-        "no compiler for {TARGET}: neither the installed rustc nor Debian's rustc-web has it; run tests/setup.sh"
+        "no compiler for {target}: neither the installed rustc (`rustup target add {target}`) nor Debian's rustc-web has it; run tests/setup.sh"
     )]
-    Neither,
+    Neither {
+        /// The target.
+        target: &'static str,
+    },
 }
 
 impl Toolchain {
-    /// Looks for a toolchain.
+    /// Looks for a toolchain for the image.
     ///
     /// # Errors
     /// What is missing, and how to get it.
     pub fn find(choice: ToolchainChoice) -> Result<Self, ToolchainError> {
+        Self::find_for(TARGET, choice)
+    }
+
+    /// Looks for a toolchain for another core.
+    ///
+    /// # Errors
+    /// What is missing, and how to get it.
+    pub fn find_for(target: &'static str, choice: ToolchainChoice) -> Result<Self, ToolchainError> {
         match choice {
-            ToolchainChoice::Installed => installed().ok_or(ToolchainError::NoTarget),
-            ToolchainChoice::Debian => debian(),
-            ToolchainChoice::Auto => match installed() {
+            ToolchainChoice::Installed => {
+                installed(target).ok_or(ToolchainError::NoTarget { target })
+            }
+            ToolchainChoice::Debian => debian(target),
+            ToolchainChoice::Auto => match installed(target) {
                 Some(toolchain) => Ok(toolchain),
-                None => debian().map_err(|error| match error {
-                    ToolchainError::NoDebian { .. } => ToolchainError::Neither,
+                None => debian(target).map_err(|error| match error {
+                    ToolchainError::NoDebian { .. } => ToolchainError::Neither { target },
                     other => other,
                 }),
             },
         }
     }
 
+    /// What it builds for.
+    pub fn target(&self) -> &'static str {
+        self.target
+    }
+
     /// `cargo build` for the target, with what this toolchain needs; the caller adds the package.
     pub fn cargo_build(&self) -> Command {
         let mut command = Command::new(&self.cargo);
-        command.args(["build", "--target", TARGET]);
+        command.args(["build", "--target", self.target]);
         // Flags meant for the host (a CPU, a sanitiser) must not reach the microcontroller.
         command.env_remove("RUSTFLAGS");
         command.env_remove("CARGO_ENCODED_RUSTFLAGS");
@@ -103,7 +125,8 @@ impl Toolchain {
             command.env("RUSTC", &parts.rustc);
             command.env_remove("RUSTC_WRAPPER");
             command.env_remove("RUSTUP_TOOLCHAIN");
-            command.env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", &parts.linker);
+            let target = self.target.to_uppercase().replace(['-', '.'], "_");
+            command.env(format!("CARGO_TARGET_{target}_LINKER"), &parts.linker);
         }
         command
     }
@@ -120,7 +143,7 @@ impl Toolchain {
 impl std::fmt::Display for Toolchain {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match &self.from_source {
-            None => write!(f, "the installed rustc, which has {TARGET}"),
+            None => write!(f, "the installed rustc, which has {}", self.target),
             Some(parts) => write!(
                 f,
                 "Debian's {} with core built from source, linked by {}",
@@ -131,16 +154,17 @@ impl std::fmt::Display for Toolchain {
     }
 }
 
-fn installed() -> Option<Toolchain> {
+fn installed(target: &'static str) -> Option<Toolchain> {
     let rustc = env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
-    let libraries = printed_path(&rustc, &["--print", "target-libdir", "--target", TARGET])?;
+    let libraries = printed_path(&rustc, &["--print", "target-libdir", "--target", target])?;
     libraries.is_dir().then(|| Toolchain {
+        target,
         cargo: env::var_os("CARGO").unwrap_or_else(|| "cargo".into()),
         from_source: None,
     })
 }
 
-fn debian() -> Result<Toolchain, ToolchainError> {
+fn debian(target: &'static str) -> Result<Toolchain, ToolchainError> {
     let present = |path: PathBuf| {
         if path.is_file() {
             Ok(path)
@@ -158,6 +182,7 @@ fn debian() -> Result<Toolchain, ToolchainError> {
     present(sysroot.join("lib/rustlib/src/rust/library/core/src/lib.rs"))?;
     let linker = linker(&sysroot).ok_or(ToolchainError::NoLinker)?;
     Ok(Toolchain {
+        target,
         cargo: cargo.into_os_string(),
         from_source: Some(FromSource { rustc, linker }),
     })
