@@ -11,9 +11,10 @@ use crate::cholesky::make_definite;
 use crate::clock::seconds_between;
 use crate::ekf::{EkfError, correct_polar, correct_position};
 use crate::estimate::{Doubt, Estimate, Mode, NIS_MAX, POSITION_SIGMA_MAX_M};
+use crate::inference::Inference;
 use crate::likelihood::Likelihood;
 use crate::measurement::{Measurement, Vectors};
-use crate::network::monte_carlo::{Sampling, moments};
+use crate::network::monte_carlo::{Moments, Sampling, moments};
 use crate::network::{Network, Scratch};
 use crate::radar::{converted, innovations, predict};
 use crate::rng::{Generator, seeded};
@@ -225,31 +226,16 @@ impl<'a> Memoryless<'a> {
         let mut inputs = features(layout, previous, current, age_s);
         normalise(layout, self.blob.input_normalisation(), &mut inputs);
         let inputs = &inputs[..layout.len()];
-        let (passes, sampling) = (self.settings.passes, Sampling::Activations);
         let mut mean = Vector3::zeros();
         let mut covariance = Matrix3::zeros();
         for (axis, view) in self.blob.networks().enumerate() {
             let network = Network::new(view);
             if self.blob.network_count() == 1 {
-                let joint = moments::<3>(
-                    &network,
-                    inputs,
-                    passes,
-                    sampling,
-                    &mut self.rng,
-                    &mut self.scratch,
-                );
+                let joint = self.ask::<3>(&network, inputs);
                 mean = Vector3::from(joint.mean);
                 covariance = Matrix3::from_fn(|i, j| joint.covariance[i][j]);
             } else {
-                let single = moments::<1>(
-                    &network,
-                    inputs,
-                    passes,
-                    sampling,
-                    &mut self.rng,
-                    &mut self.scratch,
-                );
+                let single = self.ask::<1>(&network, inputs);
                 mean[axis] = single.mean[0];
                 covariance[(axis, axis)] = single.covariance[0][0];
             }
@@ -260,6 +246,27 @@ impl<'a> Memoryless<'a> {
         let covariance = Matrix3::from_fn(|i, j| covariance[(i, j)] * scale(i) * scale(j))
             + Matrix3::identity() * VARIANCE_FLOOR_M2;
         (position, covariance)
+    }
+
+    fn ask<const N: usize>(&mut self, network: &Network<'_>, inputs: &[f32]) -> Moments<N> {
+        match self.settings.inference {
+            Inference::Mean => {
+                let mut mean = [0.0; N];
+                network.mean_pass(inputs, &mut mean);
+                Moments {
+                    mean,
+                    covariance: [[0.0; N]; N],
+                }
+            }
+            Inference::Passes(passes) => moments(
+                network,
+                inputs,
+                passes.count(),
+                Sampling::Activations,
+                &mut self.rng,
+                &mut self.scratch,
+            ),
+        }
     }
 }
 

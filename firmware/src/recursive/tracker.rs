@@ -18,6 +18,7 @@ use crate::blob::Blob;
 use crate::clock::seconds_between;
 use crate::ekf::EkfError;
 use crate::estimate::{Doubt, Estimate, Mode, NIS_MAX};
+use crate::inference::Inference;
 use crate::likelihood::Likelihood;
 use crate::measurement::{Measurement, Vectors};
 use crate::network::monte_carlo::separate_moments;
@@ -512,16 +513,17 @@ impl<'a> Recursive<'a> {
         let mut variances = [0.0; OUTPUTS];
         for view in self.blob.networks() {
             let network = Network::new(view);
-            if self.settings.passes == 1 {
-                network.mean_pass(inputs, &mut outputs);
-            } else {
-                (outputs, variances) = separate_moments(
-                    &network,
-                    inputs,
-                    self.settings.passes,
-                    &mut self.rng,
-                    &mut self.scratch,
-                );
+            match self.settings.inference {
+                Inference::Mean => network.mean_pass(inputs, &mut outputs),
+                Inference::Passes(passes) => {
+                    (outputs, variances) = separate_moments(
+                        &network,
+                        inputs,
+                        passes.count(),
+                        &mut self.rng,
+                        &mut self.scratch,
+                    );
+                }
             }
         }
         let pairs = self.blob.output_normalisation();

@@ -4,9 +4,10 @@ use core::sync::atomic::{Ordering, compiler_fence};
 
 use bnkf::blob::{Blob, BlobError};
 use bnkf::protocol::{
-    self, EstimateFrame, ForecastFrame, LikelihoodFrame, Ready, RefusalCode, Reply, Request, Reset,
+    self, EstimateFrame, ForecastFrame, InferenceCode, LikelihoodFrame, Ready, RefusalCode, Reply,
+    Request, Reset,
 };
-use bnkf::{Estimate, Measurement, StepError, Tracker};
+use bnkf::{Estimate, Measurement, Settings, StepError, Tracker};
 
 use crate::board::Board;
 
@@ -96,10 +97,19 @@ impl Session {
         let Ok(blob) = self.blob else {
             return Reply::Refused(RefusalCode::Blob);
         };
-        match Tracker::new(blob, reset.into()) {
+        let settings = match Settings::try_from(reset) {
+            Ok(settings) => settings,
+            Err(error) => return Reply::Refused(error.into()),
+        };
+        match Tracker::new(blob, settings) {
             Ok(tracker) => {
                 *self.tracker = Some(tracker);
-                defmt::info!("new track: {=u16} passes", reset.passes);
+                match reset.inference {
+                    InferenceCode::Mean => defmt::info!("new track: mean weights"),
+                    InferenceCode::Passes(passes) => {
+                        defmt::info!("new track: {=u16} passes", passes);
+                    }
+                }
                 Reply::Started
             }
             Err(error) => Reply::Refused(error.into()),
