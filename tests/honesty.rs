@@ -15,7 +15,7 @@ const EVERY: [&[u8]; 4] = [RECURSIVE, COUNTER_UAS, BNKF, BNKFE];
 fn tracker(bytes: &[u8]) -> Tracker<'_> {
     let blob = Blob::parse(bytes).expect("shipped blob");
     let mut settings = Settings::of(&blob);
-    settings.passes = settings.passes.min(4);
+    settings.inference = settings.inference.at_most(4);
     Tracker::new(blob, settings).expect("settings of the blob")
 }
 

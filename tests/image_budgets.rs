@@ -3,8 +3,8 @@
 
 use std::time::Duration;
 
-use bnkf::Settings;
 use bnkf::blob::{Blob, FeatureLayout, Kind};
+use bnkf::{Inference, Settings};
 use bnkf_host_sim::image::build::build_image;
 use bnkf_host_sim::image::equality::{Spread, compare, record};
 use bnkf_host_sim::image::session::ImageSession;
@@ -41,9 +41,9 @@ fn paper_sized_blob() -> Vec<u8> {
     .unwrap()
 }
 
-/// The image around `bytes` over one flight, with each of `runs`: the passes of the tracker and the
+/// The image around `bytes` over one flight, with each of `runs`: how the tracker asks and the
 /// table of limits.
-fn assert_within_budgets(bytes: &[u8], runs: &[(u16, &str)]) {
+fn assert_within_budgets(bytes: &[u8], runs: &[(Inference, &str)]) {
     let image = tempfile::NamedTempFile::new().unwrap();
     let toolchain = Toolchain::find(ToolchainChoice::Auto).unwrap_or_else(|e| panic!("{e}"));
     build_image(&toolchain, bytes, image.path()).unwrap_or_else(|e| panic!("{e}"));
@@ -59,9 +59,9 @@ fn assert_within_budgets(bytes: &[u8], runs: &[(u16, &str)]) {
     let steps = record(&flight, &radar, &Sensors::Origin);
     let blob = Blob::parse(bytes).unwrap();
     let limits: toml::Table = include_str!("image_budgets.toml").parse().unwrap();
-    for &(passes, name) in runs {
+    for &(inference, name) in runs {
         let settings = Settings {
-            passes,
+            inference,
             ..Settings::of(&blob)
         };
         let mut session = ImageSession::boot(image.path(), Duration::from_secs(120)).unwrap();
@@ -98,14 +98,21 @@ fn assert_within_budgets(bytes: &[u8], runs: &[(u16, &str)]) {
     }
 }
 
+fn passes(passes: u16) -> Inference {
+    Inference::of_passes(passes).unwrap()
+}
+
 #[test]
 fn the_papers_network_stays_within_its_budgets() {
-    assert_within_budgets(&paper_sized_blob(), &[(100, "memoryless")]);
+    assert_within_budgets(&paper_sized_blob(), &[(passes(100), "memoryless")]);
 }
 
 #[test]
 fn the_recursive_model_stays_within_its_budgets() {
     let model = include_bytes!("../models/recursive.bnkf");
-    let runs = [(1, "recursive"), (16, "recursive_16_passes")];
+    let runs = [
+        (Inference::Mean, "recursive"),
+        (passes(16), "recursive_16_passes"),
+    ];
     assert_within_budgets(model, &runs);
 }

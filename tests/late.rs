@@ -3,7 +3,7 @@
 use bnkf::blob::Blob;
 use bnkf::call::Call;
 use bnkf::late::{CALLS_MAX, LATE_MAX_US};
-use bnkf::{LateTracker, Measurement, Sensor, Settings, StepError, Tracker};
+use bnkf::{Inference, LateTracker, Measurement, Sensor, Settings, StepError, Tracker};
 use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::flights::generator::{GeneratorSettings, generate};
 use bnkf_model_export::radar::gaps::SamplingRate;
@@ -17,7 +17,7 @@ const BNKF: &[u8] = include_bytes!("golden/tiny_bnkf.bnkf");
 fn tracker(bytes: &[u8], passes: u16) -> Tracker<'_> {
     let blob = Blob::parse(bytes).expect("shipped blob");
     let settings = Settings {
-        passes,
+        inference: Inference::of_passes(passes).expect("in range"),
         ..Settings::of(&blob)
     };
     Tracker::new(blob, settings).expect("settings of the blob")

@@ -10,8 +10,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use bnkf::blob::{self, Blob, field};
-use bnkf::protocol::{RefusalCode, Reply, Request, encode};
-use bnkf::{Correction, Settings};
+use bnkf::protocol::{InferenceCode, RefusalCode, Reply, Request, Reset, encode};
+use bnkf::{Correction, Inference, Settings};
 use bnkf_host_sim::image::build::build_image;
 use bnkf_host_sim::image::equality::{Comparison, RecordedStep, compare, record};
 use bnkf_host_sim::image::log::LogTable;
@@ -113,7 +113,7 @@ fn every_estimate_of_the_recursive_tracker_is_identical() {
     let blob = Blob::parse(&bytes).unwrap();
     for passes in [1, 16] {
         let settings = Settings {
-            passes,
+            inference: Inference::of_passes(passes).unwrap(),
             ..Settings::of(&blob)
         };
         let comparison = compare(&mut boot(&image), blob, settings, &flight()).unwrap();
@@ -153,7 +153,7 @@ fn the_counter_repeats_and_grows_with_the_passes() {
     let blob = Blob::parse(BNKF).unwrap();
     let ticks = |passes| {
         let settings = Settings {
-            passes,
+            inference: Inference::of_passes(passes).unwrap(),
             ..Settings::of(&blob)
         };
         compare(&mut boot(&image), blob, settings, steps)
@@ -203,11 +203,11 @@ fn refusals_are_the_same_and_leave_the_track_alone() {
     let blob = Blob::parse(BNKF).unwrap();
     let mut session = boot(&image);
     assert_eq!(session.step(0, None).unwrap(), Err(RefusalCode::NotReset));
-    let no_passes = Settings {
-        passes: 0,
-        ..Settings::of(&blob)
+    let no_passes = Reset {
+        inference: InferenceCode::Passes(0),
+        ..Settings::of(&blob).into()
     };
-    match session.reset(no_passes.into()) {
+    match session.reset(no_passes) {
         Err(SessionError::Refused(RefusalCode::Settings)) => {}
         other => panic!("{other:?}"),
     }

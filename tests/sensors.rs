@@ -17,7 +17,7 @@ const BNKF: &[u8] = include_bytes!("../models/bnkf.bnkf");
 fn tracker(bytes: &[u8]) -> Tracker<'_> {
     let blob = Blob::parse(bytes).expect("shipped blob");
     let mut settings = Settings::of(&blob);
-    settings.passes = settings.passes.min(4);
+    settings.inference = settings.inference.at_most(4);
     Tracker::new(blob, settings).expect("settings of the blob")
 }
 

@@ -253,6 +253,7 @@ mod tests {
     use super::*;
     use crate::blob::Blob;
     use crate::blob::draft::Draft;
+    use crate::inference::Inference;
     use crate::measurement::{Channel, MeasurementError, Sensed};
     use crate::sensor::Sensor;
     use crate::settings::Settings;
@@ -273,7 +274,7 @@ mod tests {
     fn tracker(bytes: &[u8]) -> Tracker<'_> {
         let blob = Blob::parse(bytes).expect("a blob");
         let settings = Settings {
-            passes: 2,
+            inference: Inference::of_passes(2).unwrap(),
             ..Settings::of(&blob)
         };
         Tracker::new(blob, settings).expect("its own settings")

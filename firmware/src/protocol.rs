@@ -15,7 +15,9 @@ pub use forecast::{ForecastFrame, HORIZONS, PlaceFrame};
 pub use frame::{EncodeError, FRAME_BYTES_MAX, Frame, FrameError, FrameReader, encode};
 pub use likelihood::LikelihoodFrame;
 pub use reply::{BudgetFrame, EstimateFrame, ModeCode, Ready, RefusalCode, Reply};
-pub use request::{CorrectionCode, MeasurementFrame, Request, Reset, SensedFrame, SensorFrame};
+pub use request::{
+    CorrectionCode, InferenceCode, MeasurementFrame, Request, Reset, SensedFrame, SensorFrame,
+};
 
 /// Raised when any frame changes; [`Ready`] reports it and the host refuses another.
-pub const VERSION: u8 = 4;
+pub const VERSION: u8 = 5;

@@ -1,6 +1,7 @@
 //! Choices of a tracker.
 
-use crate::blob::{Blob, Kind, field};
+use crate::blob::{Blob, Kind};
+use crate::inference::Inference;
 
 /// What the network's estimate is corrected with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,9 +20,8 @@ pub enum Correction {
 pub struct Settings {
     /// Correction step.
     pub correction: Correction,
-    /// Monte Carlo passes per estimate and network, 1 to [`field::PASSES_MAX`]. For a recursive
-    /// blob one pass means every weight at its mean.
-    pub passes: u16,
+    /// How the networks are asked.
+    pub inference: Inference,
     /// Seed of the passes' generator.
     pub seed: u64,
 }
@@ -29,8 +29,6 @@ pub struct Settings {
 /// Why a [`Tracker`](crate::Tracker) cannot be made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TrackerError {
-    /// The number of passes is zero or above [`field::PASSES_MAX`].
-    Passes(u16),
     /// A recursive blob takes [`Correction::Polar`] only.
     Correction(Correction),
 }
@@ -45,7 +43,8 @@ impl Settings {
         };
         Self {
             correction,
-            passes: blob.passes(),
+            // No parsed blob asks for a number that is out of range.
+            inference: Inference::of_passes(blob.passes()).unwrap_or(Inference::Mean),
             seed: 1,
         }
     }
@@ -55,9 +54,6 @@ impl Settings {
     /// # Errors
     /// [`TrackerError`] names the setting.
     pub fn check(&self, blob: &Blob<'_>) -> Result<(), TrackerError> {
-        if !(1..=field::PASSES_MAX).contains(&self.passes) {
-            return Err(TrackerError::Passes(self.passes));
-        }
         if blob.kind() == Kind::Recursive && self.correction != Correction::Polar {
             return Err(TrackerError::Correction(self.correction));
         }
@@ -68,9 +64,6 @@ impl Settings {
 impl core::fmt::Display for TrackerError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::Passes(passes) => {
-                write!(f, "passes: {passes} is not in 1..={}", field::PASSES_MAX)
-            }
             Self::Correction(correction) => {
                 write!(
                     f,
@@ -98,12 +91,8 @@ mod tests {
             let blob = Blob::parse(&bytes).expect("a blob");
             let own = Settings::of(&blob);
             assert_eq!((own.correction, own.seed), (correction, 1));
-            assert_eq!(own.passes, blob.passes());
+            assert_eq!(Inference::of_passes(blob.passes()), Ok(own.inference));
             assert_eq!(own.check(&blob), Ok(()));
-            for passes in [0, field::PASSES_MAX + 1] {
-                let settings = Settings { passes, ..own };
-                assert_eq!(settings.check(&blob), Err(TrackerError::Passes(passes)));
-            }
             let alone = Settings {
                 correction: Correction::None,
                 ..own

@@ -7,6 +7,7 @@ pub use bytes::{TRACK_SNAPSHOT_BYTES, TrackBytesError, TrackField};
 use crate::blob::Kind;
 use crate::clock::{Clock, ClockError, Tick};
 use crate::estimate::{Estimate, Outcome};
+use crate::inference::Inference;
 use crate::likelihood::Likelihood;
 use crate::measurement::Measurement;
 use crate::memoryless::{self, Memoryless, Past};
@@ -87,7 +88,7 @@ impl Track {
             model: 0,
             settings: Settings {
                 correction: Correction::Polar,
-                passes: 1,
+                inference: Inference::Mean,
                 seed: 0,
             },
             clock: Clock::NEW,

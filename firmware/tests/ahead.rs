@@ -6,8 +6,8 @@ use bnkf::radar::{innovations, predict};
 use bnkf::recursive::curvature::curvature;
 use bnkf::recursive::population::Base;
 use bnkf::{
-    Estimate, Likelihood, Measurement, MeasurementError, Mode, Sensed, Sensor, Settings, StepError,
-    Tracker,
+    Estimate, Inference, Likelihood, Measurement, MeasurementError, Mode, Sensed, Sensor, Settings,
+    StepError, Tracker,
 };
 
 const RECURSIVE: &[u8] = include_bytes!("../../models/recursive.bnkf");
@@ -17,7 +17,7 @@ const BLOBS: [&[u8]; 2] = [RECURSIVE, MEMORYLESS];
 fn tracker(bytes: &[u8], passes: u16) -> Tracker<'_> {
     let blob = Blob::parse(bytes).expect("a blob");
     let settings = Settings {
-        passes,
+        inference: Inference::of_passes(passes).expect("in range"),
         ..Settings::of(&blob)
     };
     Tracker::new(blob, settings).expect("fits")

@@ -164,6 +164,7 @@ mod tests {
     use super::{Candidate, study};
     use crate::contest::default_models;
     use crate::doubt::world::World;
+    use bnkf::Inference;
     use bnkf::blob::Kind;
     use bnkf_model_export::recursive::committee::Committee;
 
@@ -174,11 +175,14 @@ mod tests {
             .iter()
             .find(|model| model.blob().kind() == Kind::Recursive);
         let blob = model.unwrap().blob();
-        let candidate = |name, passes| Candidate {
+        let candidate = |name, inference| Candidate {
             name,
-            committee: Committee::new(&[blob], passes).unwrap(),
+            committee: Committee::new(&[blob], inference).unwrap(),
         };
-        let candidates = [candidate("mean", 1), candidate("sampled", 8)];
+        let candidates = [
+            candidate("mean", Inference::Mean),
+            candidate("sampled", Inference::of_passes(8).unwrap()),
+        ];
         let world = &World::built_in(3).unwrap()[0];
         let rows = study(&world.name, &world.flights, &candidates, 1, &|| ());
         assert_eq!(rows.len(), 6);

@@ -88,7 +88,7 @@ struct Move {
 /// The blob's own settings do not fit it.
 pub fn attack(blob: Blob<'_>, calls: u64, seed: u64) -> Result<Found, TrackerError> {
     let mut settings = Settings::of(&blob);
-    settings.passes = settings.passes.min(PASSES_MAX);
+    settings.inference = settings.inference.at_most(PASSES_MAX);
     Tracker::new(blob, settings)?;
     let climbs = calls.div_ceil((CALLS * CLIMB) as u64);
     let found = (0..climbs)

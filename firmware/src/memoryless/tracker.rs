@@ -11,10 +11,11 @@ use crate::cholesky::make_definite;
 use crate::clock::seconds_between;
 use crate::ekf::{Corrected, EkfError, correct_polar, correct_position};
 use crate::estimate::{Doubt, Estimate, Mode, NIS_MAX, Outcome, POSITION_SIGMA_MAX_M};
+use crate::inference::Inference;
 use crate::likelihood::Likelihood;
 use crate::measurement::{Measurement, Vectors};
 use crate::network::Network;
-use crate::network::monte_carlo::{Sampling, moments};
+use crate::network::monte_carlo::{Moments, Sampling, moments};
 use crate::radar::{converted, innovations, predict};
 use crate::rng::Generator;
 use crate::sensor::Sensor;
@@ -216,31 +217,16 @@ impl Memoryless<'_, '_> {
         let mut inputs = features(layout, previous, current, age_s);
         normalise(layout, self.model.blob.input_normalisation(), &mut inputs);
         let inputs = &inputs[..layout.len().min(FEATURES_MAX)];
-        let (passes, sampling) = (self.settings.passes, Sampling::Activations);
         let mut mean = Vector3::zeros();
         let mut covariance = Matrix3::zeros();
         for (axis, view) in self.model.blob.networks().enumerate() {
             let network = Network::new(view);
             if self.model.blob.network_count() == 1 {
-                let joint = moments::<3>(
-                    &network,
-                    inputs,
-                    passes,
-                    sampling,
-                    self.rng,
-                    &mut self.workspace.scratch,
-                );
+                let joint = self.ask::<3>(&network, inputs);
                 mean = Vector3::from(joint.mean);
                 covariance = Matrix3::from_fn(|i, j| joint.covariance[i][j]);
             } else {
-                let single = moments::<1>(
-                    &network,
-                    inputs,
-                    passes,
-                    sampling,
-                    self.rng,
-                    &mut self.workspace.scratch,
-                );
+                let single = self.ask::<1>(&network, inputs);
                 let slots = (mean.get_mut(axis), covariance.get_mut((axis, axis)));
                 if let (Some(mean), Some(variance)) = slots {
                     [*mean] = single.mean;
@@ -254,6 +240,27 @@ impl Memoryless<'_, '_> {
         let covariance = Matrix3::from_fn(|i, j| covariance[(i, j)] * scale(i) * scale(j))
             + Matrix3::identity() * VARIANCE_FLOOR_M2;
         (position, covariance)
+    }
+
+    fn ask<const N: usize>(&mut self, network: &Network<'_>, inputs: &[f32]) -> Moments<N> {
+        match self.settings.inference {
+            Inference::Mean => {
+                let mut mean = [0.0; N];
+                network.mean_pass(inputs, &mut mean);
+                Moments {
+                    mean,
+                    covariance: [[0.0; N]; N],
+                }
+            }
+            Inference::Passes(passes) => moments(
+                network,
+                inputs,
+                passes.count(),
+                Sampling::Activations,
+                self.rng,
+                &mut self.workspace.scratch,
+            ),
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::forecast::ForecastFrame;
 use super::likelihood::LikelihoodFrame;
-use crate::{Estimate, Mode, Motion, StepError, TrackerError};
+use crate::{Estimate, Mode, Motion, PassesError, StepError, TrackerError};
 
 /// Image to host, one for each [`Request`](crate::protocol::Request).
 // One reply exists at a time; a smaller one would save nothing.
@@ -201,8 +201,14 @@ pub enum RefusalCode {
 impl From<TrackerError> for RefusalCode {
     fn from(error: TrackerError) -> Self {
         match error {
-            TrackerError::Passes(_) | TrackerError::Correction(_) => Self::Settings,
+            TrackerError::Correction(_) => Self::Settings,
         }
+    }
+}
+
+impl From<PassesError> for RefusalCode {
+    fn from(_: PassesError) -> Self {
+        Self::Settings
     }
 }
 

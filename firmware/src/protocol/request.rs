@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::protocol::HORIZONS;
-use crate::{Correction, Measurement, Sensed, Sensor, Settings};
+use crate::{Correction, Inference, Measurement, PassesError, Sensed, Sensor, Settings};
 
 /// Host to image. The image answers each request with one [`Reply`](crate::protocol::Reply).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -36,23 +36,25 @@ pub enum Request {
 pub struct Reset {
     /// Seed of the Monte Carlo generator.
     pub seed: u64,
-    /// Monte Carlo passes a step.
-    pub passes: u16,
+    /// How the networks are asked.
+    pub inference: InferenceCode,
     /// Which correction follows the network.
     pub correction: CorrectionCode,
 }
 
-impl From<Reset> for Settings {
-    fn from(reset: Reset) -> Self {
-        Self {
+impl TryFrom<Reset> for Settings {
+    type Error = PassesError;
+
+    fn try_from(reset: Reset) -> Result<Self, PassesError> {
+        Ok(Self {
             correction: match reset.correction {
                 CorrectionCode::None => Correction::None,
                 CorrectionCode::Converted => Correction::Converted,
                 CorrectionCode::Polar => Correction::Polar,
             },
-            passes: reset.passes,
+            inference: reset.inference.try_into()?,
             seed: reset.seed,
-        }
+        })
     }
 }
 
@@ -60,12 +62,41 @@ impl From<Settings> for Reset {
     fn from(settings: Settings) -> Self {
         Self {
             seed: settings.seed,
-            passes: settings.passes,
+            inference: settings.inference.into(),
             correction: match settings.correction {
                 Correction::None => CorrectionCode::None,
                 Correction::Converted => CorrectionCode::Converted,
                 Correction::Polar => CorrectionCode::Polar,
             },
+        }
+    }
+}
+
+/// An [`Inference`] on the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum InferenceCode {
+    /// Every weight at its mean.
+    Mean,
+    /// Monte Carlo passes; [`Inference::of_passes`] says which numbers are taken.
+    Passes(u16),
+}
+
+impl From<Inference> for InferenceCode {
+    fn from(inference: Inference) -> Self {
+        match inference {
+            Inference::Mean => Self::Mean,
+            Inference::Passes(passes) => Self::Passes(passes.count()),
+        }
+    }
+}
+
+impl TryFrom<InferenceCode> for Inference {
+    type Error = PassesError;
+
+    fn try_from(code: InferenceCode) -> Result<Self, PassesError> {
+        match code {
+            InferenceCode::Mean => Ok(Self::Mean),
+            InferenceCode::Passes(passes) => Self::of_passes(passes),
         }
     }
 }
@@ -193,13 +224,17 @@ mod tests {
     #[test]
     fn settings_survive_the_wire() {
         for correction in [Correction::None, Correction::Converted, Correction::Polar] {
-            let settings = Settings {
-                correction,
-                passes: 77,
-                seed: u64::MAX - 1,
-            };
-            assert_eq!(Settings::from(Reset::from(settings)), settings);
+            for inference in [Inference::Mean, Inference::of_passes(77).unwrap()] {
+                let settings = Settings {
+                    correction,
+                    inference,
+                    seed: u64::MAX - 1,
+                };
+                assert_eq!(Settings::try_from(Reset::from(settings)), Ok(settings));
+            }
         }
+        let refused = Inference::try_from(InferenceCode::Passes(0));
+        assert_eq!(refused, Err(PassesError(0)));
     }
 
     /// The common case costs one byte.

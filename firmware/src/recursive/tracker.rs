@@ -19,6 +19,7 @@ use crate::blob::Blob;
 use crate::clock::seconds_between;
 use crate::ekf::EkfError;
 use crate::estimate::{Doubt, Estimate, Mode, NIS_MAX, Outcome};
+use crate::inference::Inference;
 use crate::likelihood::Likelihood;
 use crate::measurement::{Measurement, Vectors};
 use crate::network::Network;
@@ -582,10 +583,13 @@ impl Recursive<'_, '_> {
         let mut jerk_variance = [0.0; 3];
         for view in self.model.blob.networks() {
             let network = Network::new(view);
-            if self.settings.passes == 1 {
-                network.mean_pass_in(&mut self.workspace.scratch, inputs, outputs);
-            } else {
-                jerk_variance = self.draw(&network, inputs, outputs);
+            match self.settings.inference {
+                Inference::Mean => {
+                    network.mean_pass_in(&mut self.workspace.scratch, inputs, outputs);
+                }
+                Inference::Passes(passes) => {
+                    jerk_variance = self.draw(&network, passes.count(), inputs, outputs);
+                }
             }
         }
         let pairs = self.model.blob.output_normalisation();
@@ -608,6 +612,7 @@ impl Recursive<'_, '_> {
     fn draw(
         &mut self,
         network: &Network<'_>,
+        passes: u16,
         inputs: &[f32; FEATURES],
         outputs: &mut [f32; OUTPUTS],
     ) -> [f32; 3] {
@@ -615,7 +620,7 @@ impl Recursive<'_, '_> {
         separate_moments_into(
             network,
             inputs,
-            self.settings.passes,
+            passes,
             self.rng,
             &mut self.workspace.scratch,
             (outputs, &mut variances),

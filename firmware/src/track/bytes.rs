@@ -8,8 +8,8 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 
 use super::{State, Track};
 use crate::blob::Kind;
-use crate::blob::field::PASSES_MAX;
 use crate::clock::Clock;
+use crate::inference::Inference;
 use crate::measurement::{Measurement, Sensed};
 use crate::memoryless::{Fix, Past, Plot};
 use crate::recursive::candidate::{Candidate, MISSES_MAX};
@@ -36,7 +36,7 @@ const VAST: f32 = 1e9;
 /// A part of a track as bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TrackField {
-    /// Correction or number of passes, or that they do not fit the kind.
+    /// A correction that does not fit the kind.
     Settings,
     /// The times of it and of what it holds.
     Clock,
@@ -52,7 +52,7 @@ pub enum TrackField {
     Candidate,
     /// The latest estimates of a memoryless track.
     Fix,
-    /// A flag that is neither set nor not, or room that is not empty.
+    /// A flag or a number of passes that means nothing, or room that is not empty.
     Padding,
 }
 
@@ -147,7 +147,7 @@ impl Track {
     fn check(&self) -> Result<(), TrackField> {
         let correct =
             self.settings.correction == Correction::Polar || self.kind() == Kind::Memoryless;
-        if !(1..=PASSES_MAX).contains(&self.settings.passes) || !correct {
+        if !correct {
             return Err(TrackField::Settings);
         }
         if self.rng.state() == [0; 4] {
@@ -377,7 +377,15 @@ impl<'b> Line<'b> {
             _ => Correction::Polar,
         };
         self.sound &= code <= 2;
-        self.u16(&mut settings.passes);
+        let mut passes = match settings.inference {
+            Inference::Mean => 1,
+            Inference::Passes(passes) => passes.count(),
+        };
+        self.u16(&mut passes);
+        match Inference::of_passes(passes) {
+            Ok(inference) => settings.inference = inference,
+            Err(_) => self.sound = false,
+        }
         self.u64(&mut settings.seed);
     }
 

@@ -29,7 +29,7 @@ fn tracks_do_not_know_of_each_other() {
         let model = Model::new(&bytes).expect("a blob");
         let mut workspace = Workspace::new();
         let of = |target: usize| Settings {
-            passes: 1 + target as u16 % 5,
+            inference: Inference::of_passes(1 + target as u16 % 5).expect("in range"),
             seed: target as u64,
             ..Settings::of(model.blob())
         };
@@ -108,7 +108,7 @@ fn a_reset_track_is_a_new_one() {
         let bytes = draft.bytes();
         let model = Model::new(&bytes).expect("a blob");
         let settings = Settings {
-            passes: 4,
+            inference: Inference::of_passes(4).expect("in range"),
             ..Settings::of(model.blob())
         };
         let mut track = Track::new(&model, settings).expect("its own");

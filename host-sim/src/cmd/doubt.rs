@@ -97,7 +97,7 @@ pub fn run(args: &Args) -> Result<(), DoubtError> {
     let mut candidates = Vec::new();
     for (entry, models) in args.entries.iter().zip(&models) {
         let blobs: Vec<_> = models.iter().map(Model::blob).collect();
-        let committee = Committee::new(&blobs, entry.passes);
+        let committee = Committee::new(&blobs, entry.inference);
         candidates.push(Candidate {
             name: &entry.name,
             committee: committee.map_err(|cause| DoubtError::Committee {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use bnkf::blob::Kind;
-use bnkf::{Correction, Settings, Tracker};
+use bnkf::{Correction, Inference, PassesError, Settings, Tracker};
 use bnkf_model_export::flights::csv::options::ReadOptions;
 use bnkf_model_export::flights::csv::{FlightFileError, read_flight_csv};
 use bnkf_model_export::flights::flight::Flight;
@@ -124,6 +124,9 @@ pub enum ImageError {
     /// There is no built-in model.
     #[error("there is no built-in model of the recursive kind: give one with --model")]
     NoModel,
+    /// No such number of passes.
+    #[error("{0}")]
+    Passes(#[from] PassesError),
     /// The flight file cannot be read.
     #[error(transparent)]
     Flight(#[from] FlightFileError),
@@ -196,9 +199,10 @@ pub fn run(args: &Args) -> Result<(), ImageError> {
     let model = model(args.model.as_deref())?;
     let blob = model.blob();
     let own = Settings::of(&blob);
+    let inference = args.passes.map(Inference::of_passes).transpose()?;
     let settings = Settings {
         correction: args.correction.map_or(own.correction, Correction::from),
-        passes: args.passes.unwrap_or(own.passes),
+        inference: inference.unwrap_or(own.inference),
         seed: args.seed,
     };
     // The settings are checked before anything slow is started.
@@ -221,7 +225,11 @@ pub fn run(args: &Args) -> Result<(), ImageError> {
             built.path()
         }
     };
-    let answer_time_max = ANSWER_TIME_BASE + ANSWER_TIME_PER_PASS * u32::from(settings.passes);
+    let passes = match settings.inference {
+        Inference::Mean => 1,
+        Inference::Passes(passes) => passes.count(),
+    };
+    let answer_time_max = ANSWER_TIME_BASE + ANSWER_TIME_PER_PASS * u32::from(passes);
     let mut session = ImageSession::boot(image, answer_time_max)?;
     let comparison = compare(&mut session, blob, settings, &steps)?;
     let budget = session.budget()?;
@@ -245,7 +253,7 @@ pub fn run(args: &Args) -> Result<(), ImageError> {
             session.ready().blob_crc
         );
     }
-    report += &figures(&comparison, &session.ready(), &budget, settings.passes);
+    report += &figures(&comparison, &session.ready(), &budget, settings.inference);
     std::io::stdout().write_all(report.as_bytes())?;
     if args.log {
         let elf = regular_file::read(image, IMAGE_BYTES_MAX)?;

@@ -1,7 +1,9 @@
 //! Which methods run, and with which models.
 
 use bnkf::blob::{Blob, Kind as BlobKind};
-use bnkf::{Correction as TrackerCorrection, Settings, Tracker, TrackerError};
+use bnkf::{
+    Correction as TrackerCorrection, Inference, PassesError, Settings, Tracker, TrackerError,
+};
 use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 use bnkf_model_export::radar::reading::Reading;
@@ -85,6 +87,14 @@ pub enum RosterError {
         /// What the tracker said.
         cause: TrackerError,
     },
+    /// The number of passes is out of range.
+    #[error("method {method}: {cause}")]
+    Passes {
+        /// The method.
+        method: Method,
+        /// The number.
+        cause: PassesError,
+    },
     /// The method needs training flights.
     #[error("method {0}: nothing was tuned; it needs --folds")]
     NoTuning(Method),
@@ -98,10 +108,11 @@ impl<'a> Roster<'a> {
     pub fn new(methods: &[Method], supplies: Supplies<'a>) -> Result<Self, RosterError> {
         let runs = |method, blob: Blob<'a>, correction| {
             let own = Settings::of(&blob);
-            let passes = supplies.passes.unwrap_or(own.passes);
+            let asked = supplies.passes.map(Inference::of_passes).transpose();
+            let asked = asked.map_err(|cause| RosterError::Passes { method, cause })?;
             let settings = Settings {
                 correction,
-                passes,
+                inference: asked.unwrap_or(own.inference),
                 ..own
             };
             Tracker::new(blob, settings)

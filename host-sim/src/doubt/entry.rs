@@ -3,6 +3,8 @@
 use std::path::Path;
 use std::str::FromStr;
 
+use bnkf::Inference;
+
 use crate::contest::model::{Model, ModelError};
 
 /// Most Monte Carlo passes of a network.
@@ -15,8 +17,8 @@ pub struct Entry {
     pub name: String,
     /// Paths of the blobs.
     pub blobs: Vec<String>,
-    /// Monte Carlo passes of each; one takes every weight at its mean.
-    pub passes: u16,
+    /// How each is asked.
+    pub inference: Inference,
 }
 
 /// Why an argument names nothing.
@@ -44,16 +46,18 @@ impl FromStr for Entry {
             text: text.to_owned(),
         };
         let (name, rest) = text.split_once('=').ok_or_else(form)?;
-        let (paths, passes) = match rest.rsplit_once('@') {
+        let (paths, inference) = match rest.rsplit_once('@') {
             Some((paths, passes)) => {
                 let number = passes.parse().ok();
-                let fits = number.filter(|number| (1..=PASSES_MAX).contains(number));
+                let fits = number
+                    .filter(|number| (1..=PASSES_MAX).contains(number))
+                    .and_then(|number| Inference::of_passes(number).ok());
                 let refused = || EntryError::Passes {
                     passes: passes.to_owned(),
                 };
                 (paths, fits.ok_or_else(refused)?)
             }
-            None => (rest, 1),
+            None => (rest, Inference::Mean),
         };
         let blobs: Vec<String> = paths.split('+').map(str::to_owned).collect();
         if name.is_empty() || blobs.iter().any(String::is_empty) {
@@ -62,7 +66,7 @@ impl FromStr for Entry {
         Ok(Self {
             name: name.to_owned(),
             blobs,
-            passes,
+            inference,
         })
     }
 }
@@ -80,17 +84,20 @@ impl Entry {
 
 #[cfg(test)]
 mod tests {
-    use super::{Entry, EntryError};
+    use super::{Entry, EntryError, Inference};
 
     #[test]
     fn arguments_mean_what_they_say() {
         let entry: Entry = "three=a.bnkf+b.bnkf+c.bnkf".parse().unwrap();
         assert_eq!(entry.blobs.len(), 3);
-        assert_eq!((entry.name.as_str(), entry.passes), ("three", 1));
+        assert_eq!(
+            (entry.name.as_str(), entry.inference),
+            ("three", Inference::Mean)
+        );
         let sampled: Entry = "x=dir@2/a.bnkf@16".parse().unwrap();
         assert_eq!(
-            (sampled.blobs[0].as_str(), sampled.passes),
-            ("dir@2/a.bnkf", 16)
+            (sampled.blobs[0].as_str(), sampled.inference),
+            ("dir@2/a.bnkf", Inference::of_passes(16).unwrap())
         );
     }
 

@@ -1,15 +1,16 @@
 //! What a run of the image is worth knowing: equality, memory, instructions.
 
+use bnkf::Inference;
 use bnkf::protocol::{BudgetFrame, Ready};
 
 use crate::image::equality::{Comparison, Spread};
 
-/// Equality, memory and instructions as lines of text. The image ran with `passes`.
+/// Equality, memory and instructions as lines of text. The image ran with `inference`.
 pub fn figures(
     comparison: &Comparison,
     ready: &Ready,
     budget: &BudgetFrame,
-    passes: u16,
+    inference: Inference,
 ) -> String {
     let mut text = format!(
         "{} of {} estimates identical",
@@ -39,7 +40,7 @@ pub fn figures(
     );
     let rows = [
         (
-            format!("estimate with {passes} passes"),
+            format!("estimate with {inference}"),
             &comparison.ticks_measured,
         ),
         ("estimate in a gap".to_owned(), &comparison.ticks_coasted),
@@ -125,6 +126,7 @@ mod tests {
             RAM           5,500 bytes: 3,000 static, 2,500 of stack at its deepest\n\
             instructions  per estimate with 8 passes: min 1,000, median 1,000, max 2,000\n\
             instructions  per three forecasts: min 3,000, median 3,000, max 3,000\n";
-        assert_eq!(figures(&comparison, &ready, &budget, 8), expected);
+        let eight = Inference::of_passes(8).unwrap();
+        assert_eq!(figures(&comparison, &ready, &budget, eight), expected);
     }
 }

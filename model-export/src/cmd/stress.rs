@@ -4,8 +4,8 @@
 use super::blob_file::{self, BlobFileError};
 use crate::attack::attack;
 use crate::recursive::stress::{campaign, table};
-use bnkf::TrackerError;
 use bnkf::blob::{Blob, Kind};
+use bnkf::{Inference, PassesError, TrackerError};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -44,6 +44,9 @@ pub enum StressError {
     /// Another kind of blob.
     #[error("{}: not a recursive model", .0.display())]
     Kind(PathBuf),
+    /// No such number of passes.
+    #[error("{0}")]
+    Passes(#[from] PassesError),
     /// The blob's own settings do not fit it.
     #[error("{}: {cause}", path.display())]
     Settings {
@@ -83,7 +86,12 @@ fn fly(model: &Path, blob: Blob<'_>, args: &Args) -> Result<(), StressError> {
     if blob.kind() != Kind::Recursive {
         return Err(StressError::Kind(model.to_path_buf()));
     }
-    let found = campaign(blob, args.passes, args.flights as usize, args.seed);
+    let found = campaign(
+        blob,
+        Inference::of_passes(args.passes)?,
+        args.flights as usize,
+        args.seed,
+    );
     std::io::stdout().write_all(table(&found).as_bytes())?;
     let failed: Vec<&str> = found
         .iter()

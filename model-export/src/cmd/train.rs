@@ -153,7 +153,7 @@ pub enum TrainError {
     TooShort(f64),
     /// The tracker refuses the trained model.
     #[error("the trained model: {0}")]
-    Passes(TrackerError),
+    Tracker(TrackerError),
     /// No blob can hold what the flights' statistics are; found before the first epoch.
     #[error("these flights are too few or too alike for a model, which no blob would hold: {0}")]
     Statistics(BlobError),

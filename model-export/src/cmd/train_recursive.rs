@@ -10,7 +10,7 @@ use crate::flights::data_hash;
 use crate::flights::generator::{GeneratorSettings, generate};
 use crate::memoryless::provenance::path_beside;
 use crate::recursive::comparison::{Comparison, compare, table};
-use crate::recursive::model::{PASSES, RecursiveModel};
+use crate::recursive::model::RecursiveModel;
 use crate::recursive::network::sampling::Sampling;
 use crate::recursive::provenance::Provenance;
 use crate::recursive::recipe::Recipe;
@@ -18,6 +18,7 @@ use crate::recursive::scenario::Scenario;
 use crate::recursive::step::Weighing;
 use crate::recursive::training::Training;
 use crate::recursive::training_progress::RecursiveProgress;
+use bnkf::Inference;
 use bnkf::blob::Blob;
 use std::io::Write as _;
 use std::time::{Duration, Instant};
@@ -228,5 +229,5 @@ fn held_out(
 ) -> Result<Vec<Comparison>, TrainError> {
     let flights = built_in(&scenario.held_out_flights())?.flights;
     let cells = scenario.cells(&flights, HELD_OUT_SEED);
-    compare(model, blob, &cells, PASSES).map_err(TrainError::Passes)
+    compare(model, blob, &cells, Inference::Mean).map_err(TrainError::Tracker)
 }

@@ -7,8 +7,8 @@ use crate::recursive::committee::{Committee, CommitteeError, Followed};
 use crate::recursive::comparison::{Comparison, compare, table};
 use crate::recursive::model::RecursiveModel;
 use crate::recursive::scenario::Scenario;
-use bnkf::TrackerError;
 use bnkf::blob::Blob;
+use bnkf::{Inference, PassesError, TrackerError};
 use rayon::prelude::*;
 use std::io::Write as _;
 
@@ -45,6 +45,9 @@ pub enum VerifyRecursiveError {
     /// The blob gives no opinions.
     #[error(transparent)]
     Committee(#[from] CommitteeError),
+    /// No such number of passes.
+    #[error("{0}")]
+    Passes(#[from] PassesError),
     /// The tracker cannot be made.
     #[error("{0}")]
     Tracker(TrackerError),
@@ -79,13 +82,14 @@ pub fn verify(
         generate(&settings).map_err(FlightSourceError::from)?
     };
     let cells = args.scenario.cells(&flights, seed);
-    let found = compare(&model, blob, &cells, args.tracker_passes)
-        .map_err(VerifyRecursiveError::Tracker)?;
+    let inference = Inference::of_passes(args.tracker_passes)?;
+    let found = compare(&model, blob, &cells, inference).map_err(VerifyRecursiveError::Tracker)?;
     let mut text = table(&found);
-    if args.tracker_passes > 1 {
-        text +=
-            "\nSpread of the mean jerk over passes, and what it adds to the scheduled jerk noise\n";
-        let committee = Committee::new(&[blob], args.tracker_passes)?;
+    if inference != Inference::Mean {
+        text += &format!(
+            "\nSpread of the mean jerk by {inference}, and what it adds to the scheduled jerk noise\n"
+        );
+        let committee = Committee::new(&[blob], inference)?;
         for cell in &cells {
             let steps: Vec<Followed> = cell
                 .encounters(committee.population())
@@ -111,7 +115,7 @@ pub fn verify(
         .filter(|comparison| !comparison.accepted())
         .map(|comparison: &Comparison| comparison.cell.as_str())
         .collect();
-    if differing.is_empty() || args.tracker_passes > 1 {
+    if differing.is_empty() || inference != Inference::Mean {
         Ok(())
     } else {
         Err(VerifyRecursiveError::Rejected(differing.join(", ")))

@@ -6,6 +6,7 @@ use super::model::RecursiveModel;
 use super::normalisation::Normalisation;
 use super::step::{Weighing, advance, features_of};
 use crate::scoring::step_score::StepScore;
+use bnkf::Inference;
 use bnkf::blob::Blob;
 use bnkf::network::monte_carlo::separate_moments;
 use bnkf::network::{Network, Scratch};
@@ -20,7 +21,7 @@ use bnkf::rng::{Generator, seeded};
 pub struct Committee<'b> {
     parameters: Parameters<f64>,
     members: Vec<Member<'b>>,
-    passes: u16,
+    inference: Inference,
 }
 
 struct Member<'b> {
@@ -52,11 +53,11 @@ pub struct Followed {
 
 impl<'b> Committee<'b> {
     /// A committee of the networks of `blobs`; the first one's parameters serve all.
-    /// With more than one of `passes` every network gives that many sampled opinions.
+    /// Every network's doubt about its weights is what `inference` says.
     ///
     /// # Errors
     /// See [`CommitteeError`].
-    pub fn new(blobs: &[Blob<'b>], passes: u16) -> Result<Self, CommitteeError> {
+    pub fn new(blobs: &[Blob<'b>], inference: Inference) -> Result<Self, CommitteeError> {
         let first = blobs.first().ok_or(CommitteeError::Empty)?;
         let (parameters, _) =
             RecursiveModel::surroundings(first).ok_or(CommitteeError::OtherKind)?;
@@ -72,7 +73,7 @@ impl<'b> Committee<'b> {
         Ok(Self {
             parameters,
             members,
-            passes,
+            inference,
         })
     }
 
@@ -86,7 +87,7 @@ impl<'b> Committee<'b> {
         let mut carry = encounter.start;
         let mut notes = vec![carry.memory; self.members.len()];
         let mut sampler = Sampler {
-            passes: self.passes,
+            inference: self.inference,
             rng: seeded(seed),
             scratch: Scratch::new(),
         };
@@ -121,7 +122,7 @@ impl<'b> Committee<'b> {
 
 /// How a network is asked.
 struct Sampler {
-    passes: u16,
+    inference: Inference,
     rng: Generator,
     scratch: Scratch,
 }
@@ -135,16 +136,17 @@ struct Opinion {
 impl Sampler {
     fn ask(&mut self, network: &Network<'_>, inputs: &[f32]) -> Opinion {
         let (mut outputs, mut variances) = ([0.0_f32; OUTPUTS], [0.0_f32; OUTPUTS]);
-        if self.passes == 1 {
-            network.mean_pass(inputs, &mut outputs);
-        } else {
-            (outputs, variances) = separate_moments(
-                network,
-                inputs,
-                self.passes,
-                &mut self.rng,
-                &mut self.scratch,
-            );
+        match self.inference {
+            Inference::Mean => network.mean_pass(inputs, &mut outputs),
+            Inference::Passes(passes) => {
+                (outputs, variances) = separate_moments(
+                    network,
+                    inputs,
+                    passes.count(),
+                    &mut self.rng,
+                    &mut self.scratch,
+                );
+            }
         }
         Opinion {
             outputs: outputs.map(f64::from),
@@ -228,8 +230,8 @@ mod tests {
     fn one_member_is_the_tracker_itself_and_twice_the_same_changes_nothing() {
         let (bytes, encounters) = blob(1);
         let own = Blob::parse(&bytes).unwrap();
-        let alone = Committee::new(&[own], 1).unwrap();
-        let twins = Committee::new(&[own, own], 1).unwrap();
+        let alone = Committee::new(&[own], Inference::Mean).unwrap();
+        let twins = Committee::new(&[own, own], Inference::Mean).unwrap();
         let (parameters, normalisation) = RecursiveModel::surroundings(&own).unwrap();
         assert_eq!(*alone.population(), parameters.population);
         for encounter in &encounters {
@@ -260,8 +262,8 @@ mod tests {
     fn members_that_differ_doubt() {
         let ((a, encounters), (b, _)) = (blob(1), blob(2));
         let blobs = [Blob::parse(&a).unwrap(), Blob::parse(&b).unwrap()];
-        let pair = Committee::new(&blobs, 1).unwrap();
-        let sampled = Committee::new(&blobs[..1], 16).unwrap();
+        let pair = Committee::new(&blobs, Inference::Mean).unwrap();
+        let sampled = Committee::new(&blobs[..1], Inference::of_passes(16).unwrap()).unwrap();
         let mean = |committee: &Committee<'_>| {
             let steps = committee.follow(&encounters[0], 3);
             assert!(steps.iter().all(|step| step.score.surprise().is_finite()));
@@ -301,12 +303,15 @@ mod tests {
 
     #[test]
     fn no_blobs_and_other_kinds_are_refused() {
-        assert_eq!(Committee::new(&[], 1).err(), Some(CommitteeError::Empty));
+        assert_eq!(
+            Committee::new(&[], Inference::Mean).err(),
+            Some(CommitteeError::Empty)
+        );
         let bytes =
             std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../models/bnkf.bnkf")).unwrap();
         let other = Blob::parse(&bytes).unwrap();
         assert_eq!(
-            Committee::new(&[other], 1).err(),
+            Committee::new(&[other], Inference::Mean).err(),
             Some(CommitteeError::OtherKind)
         );
     }

@@ -8,8 +8,8 @@ use super::step::Weighing;
 use super::step_programs::Programs;
 use super::trial::{Cell, TrackerScore};
 use crate::kernel::Tier;
-use bnkf::TrackerError;
 use bnkf::blob::Blob;
+use bnkf::{Inference, TrackerError};
 use serde::Serialize;
 
 /// Largest share by which the mean distance may rise.
@@ -43,12 +43,12 @@ impl Comparison {
 /// Compares `blob` with the model that it was written from, over `cells`.
 ///
 /// # Errors
-/// The number of passes does not fit.
+/// The blob is of another kind.
 pub fn compare(
     model: &RecursiveModel,
     blob: Blob<'_>,
     cells: &[Cell],
-    passes: u16,
+    inference: Inference,
 ) -> Result<Vec<Comparison>, TrackerError> {
     let programs = Programs::new(&model.parameters, &model.normalisation, Weighing::All);
     let weights = model.network.weights(Tier::detect(), Sampling::Nothing);
@@ -57,7 +57,7 @@ pub fn compare(
         Ok(Comparison {
             cell: cell.name.clone(),
             unrounded: Score::of(&programs, &weights, &encounters),
-            tracker: cell.track(blob, passes)?,
+            tracker: cell.track(blob, inference)?,
         })
     };
     cells.iter().map(one).collect()

@@ -12,7 +12,7 @@ use bnkf::recursive::parameters::Parameters;
 use bnkf::recursive::schedule::OUTPUTS;
 
 /// Passes by default: one, every weight at its mean.
-pub const PASSES: u16 = 1;
+const PASSES: u16 = 1;
 
 /// What the firmware's recursive tracker runs on.
 #[derive(Clone, Debug)]

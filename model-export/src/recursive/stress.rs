@@ -12,7 +12,7 @@ use crate::random_source::RandomSource;
 use crate::seed::name_id;
 use crate::soundness::{is_definite, is_finite};
 use bnkf::blob::Blob;
-use bnkf::{Correction, Mode, Settings, StepError, Tracker};
+use bnkf::{Correction, Inference, Mode, Settings, StepError, Tracker};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -117,14 +117,19 @@ impl Tally {
 }
 
 /// Runs `flights` flights of each hardship under any of the paper's noise levels and rates.
-pub fn campaign(blob: Blob<'_>, passes: u16, flights: usize, seed: u64) -> Vec<(Hardship, Tally)> {
+pub fn campaign(
+    blob: Blob<'_>,
+    inference: Inference,
+    flights: usize,
+    seed: u64,
+) -> Vec<(Hardship, Tally)> {
     let run = |hardship| {
         let tallies: Vec<Tally> = (0..flights)
             .into_par_iter()
             .map(|index| {
                 let settings = Settings {
                     correction: Correction::Polar,
-                    passes,
+                    inference,
                     seed: index as u64,
                 };
                 let trial = trial(hardship, index, seed);
@@ -363,7 +368,8 @@ mod tests {
         let bytes = model.blob().unwrap();
         let blob = Blob::parse(&bytes).unwrap();
         for passes in [1, 3] {
-            for (hardship, tally) in campaign(blob, passes, 20, 1) {
+            let inference = Inference::of_passes(passes).unwrap();
+            for (hardship, tally) in campaign(blob, inference, 20, 1) {
                 assert!(tally.passed(), "{} {tally:?}", hardship.name());
                 assert_eq!(tally.estimates + tally.unusable, 20 * SAMPLES);
             }

@@ -11,7 +11,9 @@ use crate::scoring::step_score::StepScore;
 use bnkf::blob::Blob;
 use bnkf::call::Call;
 use bnkf::recursive::population::Population;
-use bnkf::{Correction, Estimate, Measurement, Mode, Settings, StepError, Tracker, TrackerError};
+use bnkf::{
+    Correction, Estimate, Inference, Measurement, Mode, Settings, StepError, Tracker, TrackerError,
+};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -88,11 +90,15 @@ impl Cell {
     /// Runs the firmware's tracker over every trial.
     ///
     /// # Errors
-    /// The number of passes does not fit.
-    pub fn track(&self, blob: Blob<'_>, passes: u16) -> Result<TrackerScore, TrackerError> {
+    /// The blob is of another kind.
+    pub fn track(
+        &self,
+        blob: Blob<'_>,
+        inference: Inference,
+    ) -> Result<TrackerScore, TrackerError> {
         let settings = |seed| Settings {
             correction: Correction::Polar,
-            passes,
+            inference,
             seed,
         };
         Tracker::new(blob, settings(0))?;
@@ -206,7 +212,9 @@ mod tests {
         for cell in Scenario::Paper.cells(&flights, 5) {
             let encounters = cell.encounters(&training.parameters.population);
             let expected = Score::of(&programs, &weights, &encounters);
-            let tracked = cell.track(Blob::parse(&bytes).unwrap(), 1).unwrap();
+            let tracked = cell
+                .track(Blob::parse(&bytes).unwrap(), Inference::Mean)
+                .unwrap();
             assert_eq!((tracked.score.lost, tracked.restarted), (0, 0));
             let (score, expected) = (tracked.score.means, expected.means);
             assert_eq!(score.steps, expected.steps);

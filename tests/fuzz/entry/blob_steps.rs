@@ -36,7 +36,7 @@ pub fn run(bytes: &[u8]) {
         return;
     };
     let mut settings = Settings::of(&blob);
-    settings.passes = settings.passes.min(2);
+    settings.inference = settings.inference.at_most(2);
     let mut tracker = Tracker::new(blob, settings).expect("its own settings");
     let (mut time_us, mut before) = (0_u64, None::<Estimate>);
     for _ in 0..CALLS {

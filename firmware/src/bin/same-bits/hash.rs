@@ -3,7 +3,7 @@
 
 use bnkf::blob::Blob;
 use bnkf::protocol::{EstimateFrame, ForecastFrame, LikelihoodFrame, RefusalCode, Reply, encode};
-use bnkf::{Measurement, Mounting, Sensed, Sensor, Settings, StepError, Tracker};
+use bnkf::{Inference, Measurement, Mounting, Sensed, Sensor, Settings, StepError, Tracker};
 
 /// The models, each with numbers of passes.
 const RUNS: [(&[u8], &[u16]); 3] = [
@@ -53,9 +53,10 @@ impl Hash {
 // A frame of its own, so that one tracker's way over the stack is gone before the next.
 #[inline(never)]
 fn run(blob: Blob<'_>, passes: u16, hash: &mut Hash) {
+    let own = Settings::of(&blob);
     let settings = Settings {
-        passes,
-        ..Settings::of(&blob)
+        inference: Inference::of_passes(passes).unwrap_or(own.inference),
+        ..own
     };
     let Ok(mut tracker) = Tracker::new(blob, settings) else {
         return hash.add(&Reply::Refused(RefusalCode::Settings));

@@ -4,10 +4,10 @@ use core::sync::atomic::{Ordering, compiler_fence};
 
 use bnkf::blob::BlobError;
 use bnkf::protocol::{
-    self, EstimateFrame, ForecastFrame, HORIZONS, LikelihoodFrame, PlaceFrame, Ready, RefusalCode,
-    Reply, Request, Reset,
+    self, EstimateFrame, ForecastFrame, HORIZONS, InferenceCode, LikelihoodFrame, PlaceFrame,
+    Ready, RefusalCode, Reply, Request, Reset,
 };
-use bnkf::{Estimate, Likelihood, Measurement, Model, StepError, Track, Workspace};
+use bnkf::{Estimate, Likelihood, Measurement, Model, Settings, StepError, Track, Workspace};
 
 use crate::board::Board;
 
@@ -105,10 +105,19 @@ impl Session {
         let Ok(model) = &self.model else {
             return Reply::Refused(RefusalCode::Blob);
         };
-        match self.track.begin(model, reset.into()) {
+        let settings = match Settings::try_from(reset) {
+            Ok(settings) => settings,
+            Err(error) => return Reply::Refused(error.into()),
+        };
+        match self.track.begin(model, settings) {
             Ok(()) => {
                 self.begun = true;
-                defmt::info!("new track: {=u16} passes", reset.passes);
+                match reset.inference {
+                    InferenceCode::Mean => defmt::info!("new track: mean weights"),
+                    InferenceCode::Passes(passes) => {
+                        defmt::info!("new track: {=u16} passes", passes);
+                    }
+                }
                 Reply::Started
             }
             Err(error) => Reply::Refused(error.into()),

@@ -29,7 +29,7 @@ fn joint() -> Draft {
 fn settings(correction: Correction) -> Settings {
     Settings {
         correction,
-        passes: 20,
+        inference: Inference::of_passes(20).unwrap(),
         seed: 7,
     }
 }

@@ -46,7 +46,7 @@ fn outputs() -> Outputs {
 fn settings() -> Settings {
     Settings {
         correction: Correction::Polar,
-        passes: 1,
+        inference: Inference::Mean,
         seed: 5,
     }
 }
@@ -334,7 +334,7 @@ fn the_network_reads_and_answers_in_its_own_units() {
         let mut tracker = Bench::new(
             blob,
             Settings {
-                passes,
+                inference: Inference::of_passes(passes).unwrap(),
                 ..settings()
             },
         );
@@ -372,7 +372,7 @@ fn a_doubtful_jerk_is_noise() {
     let mut tracker = Bench::new(
         blob,
         Settings {
-            passes: 16,
+            inference: Inference::of_passes(16).unwrap(),
             ..settings()
         },
     );
@@ -385,7 +385,7 @@ fn a_doubtful_jerk_is_noise() {
     let mut twin = Bench::new(
         blob,
         Settings {
-            passes: 16,
+            inference: Inference::of_passes(16).unwrap(),
             ..settings()
         },
     );
@@ -578,7 +578,7 @@ fn a_lost_track_and_a_reset_one_are_gone() {
     let mut tracker = Bench::new(
         blob,
         Settings {
-            passes: 4,
+            inference: Inference::of_passes(4).unwrap(),
             ..settings()
         },
     );

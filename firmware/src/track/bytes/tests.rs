@@ -1,5 +1,6 @@
 use super::*;
 use crate::blob::draft::Draft;
+use crate::inference::Inference;
 use crate::model::Model;
 use crate::step_error::StepError;
 use crate::workspace::Workspace;
@@ -33,7 +34,7 @@ fn drafts() -> [Draft; 3] {
 /// A track after so many steps, a coast last if there were any.
 fn track(model: &Model<'_>, steps: u64) -> Track {
     let settings = Settings {
-        passes: 3,
+        inference: Inference::of_passes(3).expect("in range"),
         ..Settings::of(model.blob())
     };
     let mut track = Track::new(model, settings).expect("its own settings");
@@ -154,9 +155,12 @@ fn each_reason_to_refuse_has_its_name() {
     // Correction, passes, the flag of the latest time, the last byte before the checksum.
     assert_eq!(refused(11, 0), invalid(TrackField::Settings));
     assert_eq!(refused(11, 3), invalid(TrackField::Padding));
-    assert_eq!(refused(13, 0xff), invalid(TrackField::Settings));
+    assert_eq!(refused(13, 0xff), invalid(TrackField::Padding));
     assert_eq!(refused(22, 2), invalid(TrackField::Padding));
-    assert_eq!(refused(TRACK_SNAPSHOT_BYTES - 5, 1), invalid(TrackField::Padding));
+    assert_eq!(
+        refused(TRACK_SNAPSHOT_BYTES - 5, 1),
+        invalid(TrackField::Padding)
+    );
 }
 
 /// What no step leaves, one by one.
@@ -178,8 +182,7 @@ fn a_track_that_cannot_be_is_refused() {
             State::Recursive(_) => panic!("memoryless"),
         }
     }
-    let recursive: [(Damage, TrackField); 14] = [
-        (|t| t.settings.passes = 0, TrackField::Settings),
+    let recursive: [(Damage, TrackField); 13] = [
         (|t| t.clock.latest_us = None, TrackField::Measurement),
         (|t| t.clock.latest_us = Some(1 << 40), TrackField::Clock),
         (
