@@ -84,13 +84,7 @@ pub fn advance<S: Scalar>(
     let hypotheses = parameters.hypotheses.known();
     let sight = sight_of(carry);
     let (mut state, mut covariance) = (carry.state, carry.covariance);
-    predict(
-        &mut state,
-        &mut covariance,
-        &sight,
-        &schedule,
-        arrival.dt_s,
-    );
+    predict(&mut state, &mut covariance, &sight, &schedule, arrival.dt_s);
     let population = parameters.population.known();
     Factor::read(&outputs[SCHEDULE..NOTE_OUTPUT]).fuse(
         &mut state,
