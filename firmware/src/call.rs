@@ -7,6 +7,8 @@ use crate::tracker::Tracker;
 
 /// One call of a tracker that moves it on.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Call {
     /// A step with this measurement.
     Step(Measurement),

@@ -6,6 +6,8 @@ pub const AHEAD_MAX_US: u64 = 60_000_000;
 
 /// Why a time was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ClockError {
     /// Before the latest one.
     WentBack,

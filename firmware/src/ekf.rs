@@ -12,6 +12,8 @@ use crate::scalar::Scalar;
 
 /// Why a correction was refused; the state is unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum EkfError {
     /// The prior, or the result, is NaN or infinite.
     NotFinite,
@@ -116,7 +118,7 @@ pub const NOISE_MIN_PART: f64 = 1e-5;
 ///
 /// # Errors
 /// [`EkfError`]; the inputs are untouched.
-pub fn correct_position(
+pub(crate) fn correct_position(
     position: [f32; 3],
     covariance: [[f32; 3]; 3],
     measured: &Converted,

@@ -9,6 +9,8 @@ pub const POSITION_SIGMA_MAX_M: f32 = 1e5;
 
 /// How an [`Estimate`] came about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Mode {
     /// From the first measurement, or the first one after a long silence.
     Started,
@@ -25,6 +27,8 @@ pub enum Mode {
 
 /// What a recursive tracker knows beside the position; frame as in [`Estimate`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Motion {
     /// Velocity, m/s.
     pub velocity_mps: [f32; 3],
@@ -37,6 +41,8 @@ pub struct Motion {
 /// How probable it is, after the measurement, that the target or the sensor did what the model does
 /// not expect of them. A memoryless blob has no such probabilities: they are zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Doubt {
     /// Probability that the target manoeuvred.
     pub manoeuvre: f32,
@@ -60,6 +66,8 @@ impl Doubt {
 /// Position and covariance at one instant; x east, y north, z up, origin as in
 /// the measurements.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Estimate {
     /// Time, microseconds, of the measurement or of the call to coast.
     pub time_us: u64,

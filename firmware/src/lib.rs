@@ -99,6 +99,7 @@
 //!
 //! What this is not: no attitude estimation, no multi-target association, no networking.
 #![no_std]
+#![warn(missing_debug_implementations)]
 
 #[cfg(test)]
 extern crate std;

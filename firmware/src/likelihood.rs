@@ -12,6 +12,8 @@ use crate::recursive::correction::GATE_NIS;
 /// is left out on purpose: such a reading fits every track equally, and whoever associates has a
 /// model of false plots of his own. The gate alone asks as `step` does, under all hypotheses.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Likelihood {
     /// What was measured less what was expected: elevation, azimuth (rad), range (m), range-rate
     /// (m/s). `None` where nothing was measured, or the blob cannot expect it: a memoryless one

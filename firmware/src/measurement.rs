@@ -7,6 +7,8 @@ use crate::sensor::{Sensor, SensorError};
 
 /// One measured quantity and the standard deviation (1 sigma) that the sensor claims for it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Sensed {
     /// The value: m, rad or m/s.
     pub value: f32,
@@ -22,6 +24,8 @@ pub struct Sensed {
 /// range-rate is relative to the sensor and positive outbound. A noisy range may be negative, which
 /// is the point opposite; a noisy elevation may pass the vertical.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Measurement {
     /// Time, microseconds since any fixed epoch; never decreases from one measurement to the next.
     pub time_us: u64,
@@ -55,6 +59,8 @@ pub const RANGE_RATE_SIGMA_MPS: [f32; 2] = [1e-4, 1e4];
 
 /// A part of a [`Measurement`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Channel {
     /// `elevation`
     Elevation,
@@ -92,6 +98,8 @@ impl Channel {
 
 /// Why a [`Measurement`] cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum MeasurementError {
     /// The value or the standard deviation is NaN or infinite.
     NotFinite(Channel),

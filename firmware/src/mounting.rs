@@ -6,6 +6,8 @@ use crate::scalar::Scalar;
 
 /// How a sensor's axes (x along its boresight, y to its left, z up) lie in the track's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Mounting {
     /// Rows: east, north, up; columns: the sensor's x, y, z.
     rotation: [[f32; 3]; 3],
@@ -13,6 +15,8 @@ pub struct Mounting {
 
 /// A direction in the track's axes, for a [`Measurement`](crate::Measurement).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Direction {
     /// Elevation, rad.
     pub elevation: Sensed,

@@ -15,6 +15,7 @@ use rand_core::Rng;
 pub const LANES: usize = 4;
 
 /// Working memory of a network, 3 KB; contents are meaningless between calls.
+#[derive(Debug)]
 pub struct Scratch {
     packed: Packed<LANES>,
     activations: [[f32; LANES]; WIDTH_MAX],

@@ -4,7 +4,7 @@
 //! the horizontal plane, range-rate positive outbound. Metres, radians, metres per second.
 //! Measurement order everywhere: elevation, azimuth, range, range-rate.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use crate::measurement::Sensed;
 use crate::scalar::Scalar;
@@ -112,7 +112,7 @@ pub fn axes<S: Scalar>(elevation: S, azimuth: S) -> [[S; 3]; 3] {
 
 /// A measured position and how it may err.
 #[derive(Clone, Copy, Debug)]
-pub struct Converted {
+pub(crate) struct Converted {
     /// Position, m.
     pub position: Vector3<f32>,
     /// Unit vectors along which the errors are independent: radial, upward, lateral.
@@ -121,10 +121,11 @@ pub struct Converted {
     pub sigmas_m: [f32; 3],
 }
 
+#[cfg(test)]
 impl Converted {
     /// The covariance of the position, m^2: `R = J diag(sigma^2) J'`.
-    pub fn covariance(&self) -> Matrix3<f32> {
-        let mut covariance = Matrix3::zeros();
+    pub fn covariance(&self) -> nalgebra::Matrix3<f32> {
+        let mut covariance = nalgebra::Matrix3::zeros();
         for (axis, sigma) in self.axes.iter().zip(self.sigmas_m) {
             covariance += axis * axis.transpose() * (sigma * sigma);
         }
@@ -133,7 +134,7 @@ impl Converted {
 }
 
 /// The measured position with its errors converted from the polar sigmas to first order. Metres.
-pub fn converted(range: Sensed, elevation: Sensed, azimuth: Sensed) -> Converted {
+pub(crate) fn converted(range: Sensed, elevation: Sensed, azimuth: Sensed) -> Converted {
     let (range_m, elevation_rad, azimuth_rad) = (range.value, elevation.value, azimuth.value);
     let axes = axes(elevation_rad, azimuth_rad).map(Vector3::from);
     Converted {
@@ -153,6 +154,7 @@ mod tests {
     use crate::gaussian::standard_normal;
     use crate::rng::seeded;
     use core::f64::consts::PI;
+    use nalgebra::Matrix3;
     use proptest::prelude::*;
 
     proptest! {

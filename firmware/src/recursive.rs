@@ -5,6 +5,7 @@
 //! step with the polar measurement itself. The model stays linear-Gaussian, so the covariance
 //! means the same in gaps as elsewhere.
 
+mod belief;
 pub mod candidate;
 pub mod correction;
 pub mod curvature;
@@ -17,6 +18,7 @@ pub mod hypotheses;
 pub mod interval;
 pub mod memory;
 pub mod mixture;
+mod model;
 pub mod motion;
 pub mod parameters;
 pub mod population;
@@ -27,5 +29,7 @@ pub mod state;
 pub mod target;
 mod tracker;
 
+pub(crate) use belief::Belief;
 pub use candidate::AGREEING;
-pub(crate) use tracker::{Belief, Model, Recursive, WHITENED_MAX};
+pub(crate) use model::Model;
+pub(crate) use tracker::{Recursive, WHITENED_MAX};

@@ -8,6 +8,8 @@ use crate::measurement::{RANGE_MAX_M, RANGE_RATE_MAX_MPS};
 /// range-rate is relative to its velocity. The earth is flat: over a kilometre the vertical turns by
 /// 0.16 mrad, less than any angle sigma that matters here.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Sensor {
     /// Position, m; each coordinate at most [`SENSOR_POSITION_MAX_M`] in magnitude.
     pub position_m: [f32; 3],
@@ -23,6 +25,8 @@ pub const SENSOR_VELOCITY_MAX_MPS: f32 = RANGE_RATE_MAX_MPS;
 
 /// Why a [`Sensor`] cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum SensorError {
     /// A number is NaN or infinite.
     NotFinite,

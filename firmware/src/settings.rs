@@ -5,6 +5,8 @@ use crate::inference::Inference;
 
 /// What the network's estimate is corrected with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Correction {
     /// Nothing: the network alone (BNN).
     None,
@@ -17,6 +19,8 @@ pub enum Correction {
 
 /// Choices of a [`Tracker`](crate::Tracker).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Settings {
     /// Correction step.
     pub correction: Correction,
@@ -28,6 +32,8 @@ pub struct Settings {
 
 /// Why a [`Tracker`](crate::Tracker) cannot be made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum TrackerError {
     /// A recursive blob takes [`Correction::Polar`] only.
     Correction(Correction),

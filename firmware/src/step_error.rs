@@ -7,6 +7,8 @@ use crate::measurement::{Channel, MeasurementError};
 /// Why a step was refused; the tracker is as before, apart from its random stream and what it
 /// remembers of strange times (see [`Clock`](crate::clock::Clock)).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum StepError {
     /// The measurement cannot be used.
     Measurement(MeasurementError),

@@ -1,8 +1,11 @@
 //! One target's track: all that is known of it, and nothing else.
 
 mod bytes;
+mod bytes_error;
+mod check;
 
-pub use bytes::{TRACK_SNAPSHOT_BYTES, TrackBytesError, TrackField};
+pub use bytes::TRACK_SNAPSHOT_BYTES;
+pub use bytes_error::{TrackBytesError, TrackField};
 
 use crate::blob::Kind;
 use crate::clock::{Clock, ClockError, Tick};
@@ -48,6 +51,8 @@ const _: () = assert!(size_of::<Track>() <= TRACK_BYTES_MAX);
 
 /// A track that was to run on a model of another kind than its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct OtherKind {
     /// The track's.
     pub track: Kind,

@@ -123,8 +123,8 @@ impl<'a> Tracker<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::blob::Blob;
     use crate::blob::draft::Draft;
+    use crate::blob::{Blob, Kind};
     use crate::estimate::Mode;
     use crate::measurement::Sensed;
 
@@ -173,5 +173,29 @@ mod tests {
             let again = tracker.step(&measurement(far + 100_000));
             assert_eq!(mode(again), Ok(Mode::Started));
         }
+    }
+
+    /// A track goes on in another tracker of its kind, with the same model to the bit.
+    #[test]
+    fn a_tracker_resumes_what_another_began() {
+        let blobs = [Draft::recursive(3), Draft::memoryless(&[12, 3], 3)].map(|d| d.bytes());
+        let [recursive, memoryless] = [0, 1].map(|i: usize| {
+            let blob = Blob::parse(&blobs[i]).expect("a blob");
+            Tracker::new(blob, Settings::of(&blob)).expect("its own settings")
+        });
+        let (mut first, mut other) = (recursive, memoryless);
+        for tenth in 0..5 {
+            first.step(&measurement(100_000 * tenth)).expect("a step");
+        }
+        let refusal = other.resume(first.track()).expect_err("another kind");
+        assert_eq!(
+            (refusal.track, refusal.model),
+            (Kind::Recursive, Kind::Memoryless)
+        );
+        assert_eq!(other.latest_us(), None);
+        let blob = Blob::parse(&blobs[0]).expect("a blob");
+        let mut second = Tracker::new(blob, Settings::of(&blob)).expect("its own settings");
+        second.resume(first.track()).expect("its kind");
+        assert_eq!(second.coast(500_000), first.coast(500_000));
     }
 }

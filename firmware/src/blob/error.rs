@@ -2,6 +2,8 @@
 
 /// A named part of the blob, for [`BlobError`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum BlobField {
     /// Kind of estimator.
     Kind,
@@ -43,6 +45,8 @@ pub enum BlobField {
 
 /// Why [`super::Blob::parse`] refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum BlobError {
     /// Fewer bytes than the blob needs.
     Truncated {

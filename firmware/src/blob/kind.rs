@@ -4,6 +4,8 @@ use super::field;
 
 /// What the networks of a blob estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Kind {
     /// Position from the previous and the current measurement (the paper's BNN, BNKF, BNKFe).
     Memoryless,
@@ -16,6 +18,8 @@ pub enum Kind {
 /// The polar layouts start with range, elevation, azimuth and range-rate of the previous
 /// measurement, then the same four of the current one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum FeatureLayout {
     /// The paper's twelve: both measurements, then the four sigmas as they are.
     Polar12,

@@ -16,6 +16,7 @@ pub(super) const SQUARE_STEP: f32 = SQUARE_MAX / (VALUE_MAX * VALUE_MAX);
 pub(super) const ROUNDER: f32 = 12_582_912.0;
 
 /// The quantised activations of one layer, and their squares, for `L` passes.
+#[derive(Debug)]
 pub struct Packed<const L: usize> {
     values: [[u32; L]; WORDS],
     squares: [[u32; L]; WORDS],

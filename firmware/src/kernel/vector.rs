@@ -8,6 +8,7 @@ use crate::blob::field::WIDTH_MAX;
 
 /// The quantised activations of one layer: the values of one lane of [`Packed`](super::Packed),
 /// without the squares.
+#[derive(Debug)]
 pub struct Vector {
     words: [u32; WORDS],
     /// Words in use: two for every group of four inputs.

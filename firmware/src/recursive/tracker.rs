@@ -1,8 +1,8 @@
 //! The filter around the network: start, predict, gate, correct, agree, settle.
 
+use super::belief::Belief;
 use super::candidate::{AGREEING, Candidate, Verdict};
 use super::correction::{GATE_NIS, correct_soundly};
-use super::envelope::Envelope;
 use super::factor::Factor;
 use super::features::{FEATURE_LIMIT, FEATURES, features};
 use super::foresight::AHEAD_S;
@@ -10,12 +10,11 @@ use super::hypotheses::{OFTEN_WRONG, OUTLIER};
 use super::interval::Interval;
 use super::memory::NOTES;
 use super::mixture::Mixture;
-use super::parameters::Parameters;
+use super::model::Model;
 use super::population::{Base, Population};
 use super::schedule::{JERK_OUTPUT, JERK_SCALE, NOTE_OUTPUT, OUTPUTS, SCHEDULE, Schedule};
 use super::sight::LineOfSight;
 use super::target::Target;
-use crate::blob::Blob;
 use crate::clock::seconds_between;
 use crate::ekf::EkfError;
 use crate::estimate::{Doubt, Estimate, Mode, NIS_MAX, Outcome};
@@ -46,74 +45,6 @@ const SUSPECT: f32 = 0.5;
 const APART: f32 = 3.0;
 /// Whitened innovations of rejected measurements are remembered within this many deviations.
 pub(crate) const WHITENED_MAX: f32 = 1e3;
-
-/// A recursive blob, and what of it is asked at every step.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Model<'a> {
-    pub(crate) blob: Blob<'a>,
-    parameters: Parameters<f32>,
-    envelope: Envelope,
-}
-
-impl<'a> Model<'a> {
-    /// Reads what surrounds the network.
-    pub fn new(blob: Blob<'a>) -> Self {
-        let parameters = Parameters::read(blob.parameters());
-        Self {
-            blob,
-            envelope: Envelope::of(&parameters.bounds, &parameters.population),
-            parameters,
-        }
-    }
-}
-
-/// What is known of one target.
-#[derive(Clone, Debug)]
-pub(crate) struct Belief {
-    pub(crate) target: Option<Target>,
-    /// Measurements in a row that the track rejected or suspected.
-    pub(crate) rejections: u8,
-    pub(crate) candidate: Option<Candidate>,
-}
-
-impl Belief {
-    /// Nothing.
-    pub const NONE: Self = Self {
-        target: None,
-        rejections: 0,
-        candidate: None,
-    };
-
-    /// Forgets the target.
-    pub fn forget(&mut self) {
-        self.target = None;
-        self.rejections = 0;
-        self.candidate = None;
-    }
-
-    /// Knows this target from now on.
-    fn hold(&mut self, target: &Target) {
-        match &mut self.target {
-            Some(held) => held.copy_from(target),
-            none => first(none, target),
-        }
-    }
-
-    /// Forgets what the network noted for itself.
-    pub fn forget_notes(&mut self) {
-        let candidate = self.candidate.as_mut().map(|c| &mut c.target);
-        for target in self.target.iter_mut().chain(candidate) {
-            target.memory.notes = [0.0; NOTES];
-        }
-    }
-}
-
-/// Puts a target where there was none.
-// Apart: it goes by the stack.
-#[inline(never)]
-fn first(place: &mut Option<Target>, target: &Target) {
-    *place = Some(*target);
-}
 
 /// Puts a candidate in the place of another.
 // Apart: it goes by the stack.
@@ -147,10 +78,10 @@ struct Step {
 
 /// What a target moves by.
 #[derive(Clone, Copy)]
-struct Answer {
-    schedule: Schedule<f32>,
+pub(super) struct Answer {
+    pub schedule: Schedule<f32>,
     /// What the network says of the state; none where it was not asked.
-    factor: Option<Factor<f32>>,
+    pub factor: Option<Factor<f32>>,
     /// What it notes for itself.
     notes: [f32; NOTES],
 }
@@ -596,8 +527,7 @@ impl Recursive<'_, '_> {
         let scale = |i: usize| pairs.get(2 * i + 1);
         for (axis, variance) in jerk_variance.iter_mut().enumerate() {
             let output = JERK_OUTPUT + axis;
-            *variance =
-                (JERK_SCALE * JERK_SCALE) as f32 * scale(output) * scale(output) * *variance;
+            *variance *= (JERK_SCALE * JERK_SCALE) as f32 * scale(output) * scale(output);
         }
         for (output, [mean, scale]) in outputs.iter_mut().zip(pairs.pairs()) {
             *output = mean + scale * *output;
@@ -626,47 +556,6 @@ impl Recursive<'_, '_> {
             (outputs, &mut variances),
         );
         core::array::from_fn(|axis| variances[JERK_OUTPUT + axis])
-    }
-}
-
-impl Model<'_> {
-    /// What is known of a target that the track does not explain: the population's place, and any
-    /// motion within the envelope.
-    fn suspected(&self) -> Population<f32> {
-        Population {
-            horizontal_sigma_mps: self.envelope.speed_max_mps,
-            vertical_sigma_mps: self.envelope.speed_max_mps,
-            acceleration_sigma_mps2: 0.5 * self.envelope.acceleration_max_mps2,
-            ..self.parameters.population
-        }
-    }
-
-    /// Makes an answer one for a target of which nothing more is measured.
-    fn unmeasured(&self, target: &Target, answer: &mut Answer) {
-        let hypotheses = &self.parameters.hypotheses;
-        let odds = hypotheses.odds(&target.memory.counts);
-        // As in a gap, but at once: noise adds up, and nothing is counted on the way.
-        let nominal = answer.schedule.noise;
-        answer.schedule.noise = nominal.plus(&hypotheses.expected(&odds, &nominal));
-    }
-
-    /// Moves a target ahead by an answer, with nothing remembered and not settled yet.
-    fn advance(&self, target: &mut Target, answer: &Answer, dt_s: f32) {
-        if dt_s <= 0.0 {
-            return;
-        }
-        target.predict(&target.sight(), &answer.schedule, dt_s);
-        if let Some(factor) = &answer.factor {
-            target.fuse(factor, &self.parameters.population, dt_s);
-        }
-    }
-
-    /// A target as an estimate.
-    pub fn estimate(&self, target: &Target, outcome: Outcome) -> Estimate {
-        let Outcome { nis, mode, doubt } = outcome;
-        let held = self.envelope.holds_motion(&target.state)
-            && self.envelope.holds_place(&target.state, &target.covariance);
-        target.estimate(nis, mode, !held, doubt)
     }
 }
 

@@ -1,9 +1,12 @@
 use super::*;
+use crate::blob::Blob;
 use crate::blob::draft::Draft;
 use crate::measurement::Sensed;
 use crate::network::Scratch;
 use crate::network::monte_carlo::separate_moments;
+use crate::recursive::envelope::Envelope;
 use crate::recursive::hypotheses::HYPOTHESES;
+use crate::recursive::parameters::Parameters;
 use crate::rng::seeded;
 use crate::settings::Correction;
 

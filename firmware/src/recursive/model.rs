@@ -1,0 +1,68 @@
+//! A recursive blob as filters run it.
+
+use super::envelope::Envelope;
+use super::parameters::Parameters;
+use super::population::Population;
+use super::target::Target;
+use super::tracker::Answer;
+use crate::blob::Blob;
+use crate::estimate::{Estimate, Outcome};
+
+/// A recursive blob, and what of it is asked at every step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Model<'a> {
+    pub(crate) blob: Blob<'a>,
+    pub(super) parameters: Parameters<f32>,
+    pub(super) envelope: Envelope,
+}
+
+impl<'a> Model<'a> {
+    /// Reads what surrounds the network.
+    pub fn new(blob: Blob<'a>) -> Self {
+        let parameters = Parameters::read(blob.parameters());
+        Self {
+            blob,
+            envelope: Envelope::of(&parameters.bounds, &parameters.population),
+            parameters,
+        }
+    }
+
+    /// What is known of a target that the track does not explain: the population's place, and any
+    /// motion within the envelope.
+    pub(super) fn suspected(&self) -> Population<f32> {
+        Population {
+            horizontal_sigma_mps: self.envelope.speed_max_mps,
+            vertical_sigma_mps: self.envelope.speed_max_mps,
+            acceleration_sigma_mps2: 0.5 * self.envelope.acceleration_max_mps2,
+            ..self.parameters.population
+        }
+    }
+
+    /// Makes an answer one for a target of which nothing more is measured.
+    pub(super) fn unmeasured(&self, target: &Target, answer: &mut Answer) {
+        let hypotheses = &self.parameters.hypotheses;
+        let odds = hypotheses.odds(&target.memory.counts);
+        // As in a gap, but at once: noise adds up, and nothing is counted on the way.
+        let nominal = answer.schedule.noise;
+        answer.schedule.noise = nominal.plus(&hypotheses.expected(&odds, &nominal));
+    }
+
+    /// Moves a target ahead by an answer, with nothing remembered and not settled yet.
+    pub(super) fn advance(&self, target: &mut Target, answer: &Answer, dt_s: f32) {
+        if dt_s <= 0.0 {
+            return;
+        }
+        target.predict(&target.sight(), &answer.schedule, dt_s);
+        if let Some(factor) = &answer.factor {
+            target.fuse(factor, &self.parameters.population, dt_s);
+        }
+    }
+
+    /// A target as an estimate.
+    pub fn estimate(&self, target: &Target, outcome: Outcome) -> Estimate {
+        let Outcome { nis, mode, doubt } = outcome;
+        let held = self.envelope.holds_motion(&target.state)
+            && self.envelope.holds_place(&target.state, &target.covariance);
+        target.estimate(nis, mode, !held, doubt)
+    }
+}
