@@ -20,8 +20,8 @@ use bnkf::protocol::{
     Reply, Request, encode,
 };
 use bnkf::{
-    Call, LateTracker, Measurement, Mounting, Sensed, Sensor, Settings, StepError, Tracker,
-    WrappingClock,
+    Call, Estimate, LateTracker, Measurement, Model, Mounting, Sensed, Sensor, Settings, StepError,
+    TRACK_SNAPSHOT_BYTES, Track, Tracker, Workspace, WrappingClock,
 };
 
 // SAFETY: no object defines it, so what calls it does not link.
@@ -89,6 +89,9 @@ fn track(blob: Blob<'_>, settings: Settings) {
     });
     black_box(tracker.forecast(black_box(2))).ok();
     black_box(Call::new(black_box(6), black_box(None)).answer(&mut tracker)).ok();
+    shared(&Model::from(blob), tracker.track());
+    let track = tracker.track().clone();
+    black_box(tracker.resume(&track)).ok();
     tracker.reset();
     let mut late = LateTracker::new(tracker);
     black_box(late.step(&seen)).ok();
@@ -98,6 +101,23 @@ fn track(blob: Blob<'_>, settings: Settings) {
     black_box((late.calls_rerun(), late.tracker().latest_us()));
     late.reset();
     black_box(&late);
+}
+
+/// A track written down, read, and taken over by a model that it shares.
+fn shared(model: &Model<'_>, track: &Track) {
+    let mut bytes = [0; TRACK_SNAPSHOT_BYTES];
+    track.to_bytes(&mut bytes);
+    let Ok(mut track) = Track::from_bytes(black_box(&bytes)) else {
+        return;
+    };
+    black_box(track.hand_over(model)).ok();
+    let mut workspace = Workspace::new();
+    let each = |place: usize, estimate: &Estimate| {
+        black_box((place, estimate.time_us));
+    };
+    black_box(track.forecast_each(model, &mut workspace, black_box(&[9]), each)).ok();
+    black_box(track.begin(model, black_box(track.settings()))).ok();
+    black_box(&track);
 }
 
 /// An answer of a tracker as it goes over the line.
@@ -140,7 +160,7 @@ fn frames(bytes: &[u8]) {
                 black_box(Measurement::from(&frame));
             }
             Some(Ok(Request::Reset(reset))) => {
-                black_box(Settings::from(reset));
+                black_box(Settings::try_from(reset)).ok();
             }
             other => {
                 black_box(other);
