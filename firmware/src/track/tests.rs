@@ -63,7 +63,7 @@ fn tracks_do_not_know_of_each_other() {
 fn a_swarm_takes_36_kilobytes() {
     let swarm = SWARM * TRACK_BYTES_MAX + crate::WORKSPACE_BYTES_MAX + crate::MODEL_BYTES_MAX;
     assert!(swarm <= 36 * 1024, "{swarm}");
-    assert!(TRACK_BYTES_MAX <= 1_536);
+    const { assert!(TRACK_BYTES_MAX <= 1_536) };
 }
 
 /// In place it becomes what a new one is, whatever it was.
