@@ -41,7 +41,7 @@ pub struct LateTracker<'a> {
     rerun: usize,
 }
 
-/// Static memory, part of the contract as [`TRACKER_BYTES_MAX`](crate::TRACKER_BYTES_MAX) is.
+/// Static memory, part of the contract as [`TRACKER_BYTES_MAX`] is.
 pub const LATE_TRACKER_BYTES_MAX: usize =
     TRACKER_BYTES_MAX + 2 * TRACK_BYTES_MAX + CALLS_MAX * size_of::<Call>() + 64;
 const _: () = assert!(size_of::<LateTracker<'static>>() <= LATE_TRACKER_BYTES_MAX);
