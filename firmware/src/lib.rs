@@ -1,6 +1,6 @@
 //! Bayesian neural Kalman tracking for radar nodes: `no_std`, no allocation, static memory.
 //!
-//! A [`Model`] is a checked blob of quantised weights; a [`Track`] is what is known of one target, 1.3 KB
+//! A [`Model`] is a checked blob of quantised weights; a [`Track`] is what is known of one target, 1.4 KB
 //! without a reference; a [`Workspace`] is the memory that a step works in, one for all tracks. A
 //! [`Tracker`] is one of each, for one target. The same code runs on the microcontroller and on the
 //! host, and gives the same bits.

@@ -121,8 +121,8 @@ impl Track {
         Ok(())
     }
 
-    /// Lets another model of its kind go on with it. What the network noted for itself is forgotten: the
-    /// notes of one say nothing to another.
+    /// Lets another model of its kind go on with it. What the network noted for itself is forgotten, and how
+    /// its forecasts came true: of one model both say nothing to another.
     ///
     /// # Errors
     /// [`OtherKind`]; the track is then as before.
@@ -131,7 +131,7 @@ impl Track {
         if self.model != model.checksum()
             && let State::Recursive(belief) = &mut self.state
         {
-            belief.forget_notes();
+            belief.forget_model();
         }
         self.model = model.checksum();
         Ok(())

@@ -1,6 +1,7 @@
 //! What a filter knows of one target.
 
 use super::candidate::Candidate;
+use super::foresight::Foresight;
 use super::memory::NOTES;
 use super::target::Target;
 
@@ -36,11 +37,13 @@ impl Belief {
         }
     }
 
-    /// Forgets what the network noted for itself.
-    pub fn forget_notes(&mut self) {
+    /// Forgets what is the model's own: what its network noted for itself, and how its forecasts came
+    /// true.
+    pub fn forget_model(&mut self) {
         let candidate = self.candidate.as_mut().map(|c| &mut c.target);
         for target in self.target.iter_mut().chain(candidate) {
             target.memory.notes = [0.0; NOTES];
+            target.foresight = Foresight::START;
         }
     }
 }

@@ -17,6 +17,8 @@ use super::state::{Covariance, State, position_variance};
 
 /// How far ahead a forecast is looked at again, s.
 pub const AHEAD_S: f32 = 0.5;
+/// The same, microseconds.
+const AHEAD_US: u64 = 500_000;
 /// Latest after its time that it is, microseconds; the estimate is then followed back along its
 /// velocity and acceleration.
 const LATE_MAX_US: u64 = 500_000;
@@ -60,10 +62,10 @@ impl Foresight {
         expected: 0.0,
     };
 
-    /// Whether a track can have come to this.
-    pub(crate) fn is_sound(&self) -> bool {
+    /// Whether a track that is at `time_us` can have come to this.
+    pub(crate) fn is_sound(&self, time_us: u64) -> bool {
         let sums = 1.01 / (1.0 - KEPT);
-        self.due_us != NEVER
+        self.due_us <= due_us(time_us)
             && self.position_m.iter().all(|x| x.is_finite())
             && self.variance_m2 >= 0.0
             && self.variance_m2.is_finite()
@@ -81,11 +83,11 @@ impl Foresight {
         self.due_us = NEVER;
     }
 
-    /// Writes down what is expected at `due_us`.
-    pub fn expect(&mut self, due_us: u64, state: &State<f32>, covariance: &Covariance<f32>) {
+    /// Writes down what is expected [`AHEAD_S`] after `time_us`.
+    pub fn expect(&mut self, time_us: u64, state: &State<f32>, covariance: &Covariance<f32>) {
         let variance_m2 = position_variance(covariance);
         if variance_m2 > 0.0 && variance_m2.is_finite() {
-            self.due_us = due_us;
+            self.due_us = due_us(time_us);
             self.position_m = [state[0], state[1], state[2]];
             self.variance_m2 = variance_m2;
         }
@@ -126,7 +128,8 @@ impl Foresight {
                 }
             }
         }
-        let growth = 1.0 - variance_m2 / self.variance_m2;
+        // At most one, whatever rounding makes of a variance of nothing.
+        let growth = (1.0 - variance_m2 / self.variance_m2).min(1.0);
         if growth > 0.0 {
             // A comparison weighs by what it tells.
             let found = (square / self.variance_m2).min(SQUARE_MAX);
@@ -151,6 +154,11 @@ impl Foresight {
             }
         }
     }
+}
+
+/// When a forecast that is made at `time_us` is due.
+fn due_us(time_us: u64) -> u64 {
+    time_us.saturating_add(AHEAD_US).min(NEVER - 1)
 }
 
 #[cfg(test)]

@@ -315,10 +315,9 @@ impl Recursive<'_, '_> {
         ahead.copy_from(target);
         self.model.unmeasured(target, &mut unmeasured);
         self.model.advance(&mut ahead, &unmeasured, AHEAD_S);
-        let due_us = time_us.saturating_add((AHEAD_S * 1e6) as u64);
         target
             .foresight
-            .expect(due_us, &ahead.state, &ahead.covariance);
+            .expect(time_us, &ahead.state, &ahead.covariance);
     }
 
     /// What the track, which stays as it is, says of a measurement whose values were checked and that

@@ -108,7 +108,7 @@ impl Target {
             && within(m.velocity_means.as_flattened(), -VAST, VAST)
             && within(&m.notes, -1.01, 1.01)
             && within(&m.counts, 0.0, COUNT_MAX)
-            && self.foresight.is_sound();
+            && self.foresight.is_sound(self.time_us);
         remembered.then_some(()).ok_or(TrackField::Memory)
     }
 }

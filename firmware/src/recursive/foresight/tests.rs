@@ -18,7 +18,7 @@ fn at(x: f32) -> State<f32> {
 
 /// One forecast with variance 4, met by an estimate with variance 1 that lies `apart_m` away.
 fn met(foresight: &mut Foresight, apart_m: f32) {
-    foresight.expect(1_000_000, &at(10.0), &covariance(4.0));
+    foresight.expect(500_000, &at(10.0), &covariance(4.0));
     assert!(!foresight.is_idle());
     foresight.compare(999_999, &at(0.0), &covariance(1.0));
     assert!(!foresight.is_idle(), "looked at before its time");
@@ -59,7 +59,7 @@ fn the_scale_goes_where_forecasts_are_wrong() {
 #[test]
 fn late_estimates_are_followed_back_or_do_not_count() {
     let mut foresight = Foresight::START;
-    foresight.expect(1_000_000, &at(10.0), &covariance(4.0));
+    foresight.expect(500_000, &at(10.0), &covariance(4.0));
     // A tenth of a second late at 2 m/s, 6 m/s^2: .2 m further, less .03 m.
     let mut state = at(10.17 + 2.95_f32.sqrt());
     state[6] = 6.0;
@@ -74,7 +74,7 @@ fn late_estimates_are_followed_back_or_do_not_count() {
     let expected = (1.5 + growth * 2.95 / 4.0) / (1.5 + growth * growth);
     assert!((foresight.scale() - expected).abs() < 1e-4);
     let mut foresight = Foresight::START;
-    foresight.expect(1_000_000, &at(10.0), &covariance(4.0));
+    foresight.expect(500_000, &at(10.0), &covariance(4.0));
     foresight.compare(1_500_001, &at(90.0), &covariance(1.0));
     assert_eq!(foresight.scale(), 1.0);
     assert!(foresight.is_idle());
@@ -83,10 +83,10 @@ fn late_estimates_are_followed_back_or_do_not_count() {
 #[test]
 fn what_says_nothing_weighs_nothing() {
     let mut foresight = Foresight::START;
-    foresight.expect(1_000_000, &at(10.0), &covariance(4.0));
+    foresight.expect(500_000, &at(10.0), &covariance(4.0));
     foresight.compare(1_000_000, &at(90.0), &covariance(4.0));
     assert_eq!(foresight.scale(), 1.0);
-    foresight.expect(1_000_000, &at(10.0), &covariance(f32::INFINITY));
+    foresight.expect(500_000, &at(10.0), &covariance(f32::INFINITY));
     assert!(foresight.is_idle());
     foresight.close();
     foresight.compare(2_000_000, &at(90.0), &covariance(1.0));
@@ -97,7 +97,7 @@ fn what_says_nothing_weighs_nothing() {
 #[test]
 fn a_moved_sensor_moves_the_forecast() {
     let mut foresight = Foresight::START;
-    foresight.expect(1_000_000, &at(10.0), &covariance(4.0));
+    foresight.expect(500_000, &at(10.0), &covariance(4.0));
     foresight.shift([4.0, 0.0, 0.0]);
     foresight.compare(1_000_000, &at(6.0 + 3.0_f32.sqrt()), &covariance(1.0));
     assert!((foresight.scale() - 1.0).abs() < 1e-5);
@@ -118,4 +118,14 @@ fn widening_scales_the_growth() {
     let mut same = covariance(2.0);
     foresight.widen(&mut same, 2.0);
     assert_eq!(same, covariance(2.0));
+}
+
+/// The last moments of the clock are no reason to stop looking, or to refuse a track as bytes.
+#[test]
+fn the_end_of_time_is_a_time() {
+    let mut foresight = Foresight::START;
+    foresight.expect(u64::MAX - 10, &at(10.0), &covariance(4.0));
+    assert!(foresight.is_sound(u64::MAX - 10));
+    foresight.compare(u64::MAX, &at(10.0), &covariance(1.0));
+    assert!(foresight.is_idle());
 }

@@ -182,7 +182,7 @@ fn a_track_that_cannot_be_is_refused() {
             State::Recursive(_) => panic!("memoryless"),
         }
     }
-    let recursive: [(Damage, TrackField); 13] = [
+    let recursive: [(Damage, TrackField); 17] = [
         (|t| t.clock.latest_us = None, TrackField::Measurement),
         (|t| t.clock.latest_us = Some(1 << 40), TrackField::Clock),
         (
@@ -211,6 +211,19 @@ fn a_track_that_cannot_be_is_refused() {
         (|t| target(t).memory.notes[8] = 1.5, TrackField::Memory),
         (|t| target(t).memory.age_s = f32::NAN, TrackField::Memory),
         (|t| target(t).memory.innovation[2] = 2e3, TrackField::Memory),
+        (
+            |t| target(t).foresight.due_us = t.clock.latest_us.expect("a time") + 500_001,
+            TrackField::Memory,
+        ),
+        (
+            |t| target(t).foresight.position_m[2] = f32::NAN,
+            TrackField::Memory,
+        ),
+        (
+            |t| target(t).foresight.variance_m2 = -1.0,
+            TrackField::Memory,
+        ),
+        (|t| target(t).foresight.found = 1e3, TrackField::Memory),
         (
             |t| belief(t).candidate.as_mut().expect("one").misses = 2,
             TrackField::Candidate,
@@ -312,6 +325,7 @@ fn a_track_is_handed_over_within_its_kind() {
     ];
     for target in targets.into_iter().flatten() {
         assert_eq!(target.memory.notes, [0.0; 9]);
+        assert!(target.foresight.is_idle());
     }
     let moved = place(&mut track, &newer, &mut workspace);
     assert!((0..3).all(|axis| (moved[axis] - expected[axis]).abs() < 1.0));
