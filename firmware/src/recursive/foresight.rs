@@ -1,8 +1,8 @@
 //! How well forecasts of one target have come true, and what that is worth for the next.
 //!
 //! A network that serves all targets makes forecasts too wide for those that fly as planned and too
-//! narrow for restless ones. So twice a second the track writes down where it expects the target half
-//! a second later. For a filter that is what it says it is, the later estimate `x` lies from the
+//! narrow for restless ones. So the track writes down where it expects the target a second later, one
+//! forecast after the other. For a filter that is what it says it is, the later estimate `x` lies from the
 //! forecast `f` by (orthogonality of innovations)
 //!
 //! ```text
@@ -15,17 +15,18 @@
 
 use super::state::{Covariance, State, position_variance};
 
-/// How far ahead a forecast is looked at again, s.
-pub const AHEAD_S: f32 = 0.5;
+/// How far ahead a forecast is looked at again, s. After half a second a target that will turn has come
+/// true, and what is learned from it is wrong for two.
+pub const AHEAD_S: f32 = 1.0;
 /// The same, microseconds.
-const AHEAD_US: u64 = 500_000;
+const AHEAD_US: u64 = 1_000_000;
 /// Latest after its time that it is, microseconds; the estimate is then followed back along its
 /// velocity and acceleration.
 const LATE_MAX_US: u64 = 500_000;
-/// Weight of the ratio of one at the start: three comparisons or so, which tell as much of one target
-/// as is known of all, whose ratios spread by a factor of 1.6.
-const PRIOR: f32 = 1.5;
-/// What is left of earlier comparisons at the next: those of the last ten seconds count.
+/// Weight of the ratio of one at the start, some ten comparisons: of 2.5 and 5 the better in likelihood of
+/// forecasts over built-in, calm, sharply turning and agile flights of our own (docs/method.md).
+const PRIOR: f32 = 5.0;
+/// What is left of earlier comparisons at the next: those of the last twenty count.
 const KEPT: f32 = 0.95;
 /// Largest square of one comparison, in its forecast's variance.
 const SQUARE_MAX: f32 = 6.0;

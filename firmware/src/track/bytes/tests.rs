@@ -212,7 +212,7 @@ fn a_track_that_cannot_be_is_refused() {
         (|t| target(t).memory.age_s = f32::NAN, TrackField::Memory),
         (|t| target(t).memory.innovation[2] = 2e3, TrackField::Memory),
         (
-            |t| target(t).foresight.due_us = t.clock.latest_us.expect("a time") + 500_001,
+            |t| target(t).foresight.due_us = t.clock.latest_us.expect("a time") + 1_000_001,
             TrackField::Memory,
         ),
         (
