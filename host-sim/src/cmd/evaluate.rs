@@ -1,7 +1,7 @@
 //! `host-sim evaluate`: the table of methods, on recorded flights or cross-validated.
 
 mod cross_validated;
-mod data;
+pub mod data;
 mod recorded;
 
 use std::path::PathBuf;
@@ -13,6 +13,7 @@ use bnkf_model_export::flights::segment::PAPER_SEGMENT_S;
 use bnkf_model_export::flights::set::FlightSetError;
 use bnkf_model_export::flights::track_error::COORDINATE_M_MAX;
 use bnkf_model_export::radar::noise::NoiseTable;
+use clap::ValueEnum as _;
 
 use crate::baseline::tuning::FLIGHTS_MAX;
 use crate::campaign::CampaignError;
@@ -20,10 +21,11 @@ use crate::campaign::fold_kit::TUNING_SEED;
 use crate::campaign::work_folder::WorkFolderError;
 use crate::contest::fold::FoldError;
 use crate::contest::model::ModelError;
+use crate::contest::own_filter::OwnFilter;
 use crate::contest::roster::RosterError;
 use crate::method::Method;
 use crate::output_folder::OutputFolderError;
-use crate::scenario::ScenarioError;
+use crate::scenario::{Scenario, ScenarioError};
 
 /// Scores every method on the same readings, at three noise levels and three sampling rates.
 ///
@@ -166,23 +168,61 @@ pub enum EvaluateError {
 /// # Errors
 /// See [`EvaluateError`].
 pub fn run(args: &Args) -> Result<(), EvaluateError> {
+    evaluate_with(args, Vec::new())
+}
+
+/// Runs the command with methods from outside, which take part whatever --methods names: the same readings,
+/// metrics, intervals, page.
+///
+/// # Errors
+/// See [`EvaluateError`].
+pub fn evaluate_with(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
+    for (index, method) in own.iter().map(OwnFilter::method).enumerate() {
+        let built_in = Method::value_variants().iter();
+        if own[..index].iter().any(|other| other.method() == method)
+            || built_in
+                .into_iter()
+                .any(|other| other.label() == method.label())
+        {
+            return Err(EvaluateError::Twice(method));
+        }
+    }
     for (index, method) in args.methods.iter().enumerate() {
         if args.methods[..index].contains(method) {
             return Err(EvaluateError::Twice(*method));
         }
     }
     match &args.flights {
-        Some(flights) if args.folds.is_none() && !args.quick => recorded::run(args, flights),
-        _ => cross_validated::run(args),
+        Some(flights) if args.folds.is_none() && !args.quick => recorded::run(args, flights, &own),
+        _ => cross_validated::run(args, own),
     }
 }
 
-fn methods_or(args: &Args, default: &[Method]) -> Vec<Method> {
-    if args.methods.is_empty() {
-        default.to_vec()
-    } else {
-        args.methods.clone()
+/// The scenario, with the noise tables that are evaluated.
+///
+/// # Errors
+/// It cannot be used.
+pub fn scenario(args: &Args) -> Result<Scenario, ScenarioError> {
+    let mut scenario = Scenario::find(&args.scenario)?;
+    let is_cross_validated = args.folds.is_some() || args.quick;
+    match args.noise_table {
+        Some(table) => scenario.radar.tables = vec![table],
+        None if !is_cross_validated => scenario.radar.tables = vec![NoiseTable::default()],
+        None if args.quick => scenario.radar.tables.truncate(1),
+        None => {}
     }
+    Ok(scenario)
+}
+
+/// The methods that were named, else `default`; then those from outside.
+fn methods_or(args: &Args, default: &[Method], own: &[OwnFilter]) -> Vec<Method> {
+    let named = if args.methods.is_empty() {
+        default
+    } else {
+        &args.methods
+    };
+    let own = own.iter().map(OwnFilter::method);
+    named.iter().copied().chain(own).collect()
 }
 
 fn position_m(text: &str) -> Result<Position, String> {

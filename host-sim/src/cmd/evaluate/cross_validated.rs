@@ -18,13 +18,13 @@ use crate::campaign::{Campaign, Progress};
 use crate::cmd::progress;
 use crate::contest::fold::Folds;
 use crate::contest::model::Model;
+use crate::contest::own_filter::OwnFilter;
 use crate::contest::{default_models, runtime};
 use crate::method::Method;
 use crate::output_folder;
 use crate::report::campaign_results::{self, CampaignProvenance};
 use crate::report::results_json::ModelProvenance;
 use crate::report::{self, Material, by_motion, forecasts, table};
-use crate::scenario::Scenario;
 
 /// Folds, unless --folds says otherwise.
 const FOLDS: usize = 5;
@@ -33,13 +33,8 @@ const EPOCHS: u32 = 200;
 const EPOCHS_QUICK: u32 = 30;
 
 /// Runs or continues a cross-validation, writes its files and prints its table.
-pub fn run(args: &Args) -> Result<(), EvaluateError> {
-    let mut scenario = Scenario::find(&args.scenario)?;
-    match args.noise_table {
-        Some(table) => scenario.radar.tables = vec![table],
-        None if args.quick => scenario.radar.tables.truncate(1),
-        None => {}
-    }
+pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
+    let scenario = super::scenario(args)?;
     let in_origin = scenario.radar.sensors == Sensors::Origin;
     if let Some(method) = args.methods.iter().find(|method| method.needs_origin())
         && !in_origin
@@ -74,7 +69,8 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
         runs: data.runs,
         to_tune_on: data.to_tune_on,
         tuned_on: data.tuned_on,
-        methods: methods_or(args, &all_methods(&shipped, in_origin)),
+        methods: methods_or(args, &all_methods(&shipped, in_origin), &own),
+        own,
         shipped,
         passes: args.passes,
         epochs: args
@@ -187,6 +183,11 @@ fn provenance(
         passes: args.passes,
         shipped: campaign.shipped.iter().map(ModelProvenance::from).collect(),
         methods: campaign.methods.clone(),
+        recorded: campaign
+            .own
+            .iter()
+            .filter_map(|own| Some((own.method(), own.recorded_sha256()?.to_owned())))
+            .collect(),
         noise_tables: campaign.scenario.radar.tables.clone(),
     }
 }

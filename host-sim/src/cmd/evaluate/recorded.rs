@@ -13,6 +13,7 @@ use crate::cmd::progress;
 use crate::contest::default_models;
 use crate::contest::evaluation::Evaluation;
 use crate::contest::model::Model;
+use crate::contest::own_filter::OwnFilter;
 use crate::contest::roster::{Roster, Supplies};
 use crate::method::Method;
 use crate::report::results_json::{self, ModelProvenance, Provenance, Results};
@@ -20,11 +21,11 @@ use crate::report::{by_motion, forecasts, table};
 use crate::scenario::radar::Radar;
 
 /// Writes the JSON file, if one was asked for, and prints the table.
-pub fn run(args: &Args, flights: &Path) -> Result<(), EvaluateError> {
+pub fn run(args: &Args, flights: &Path, own: &[OwnFilter]) -> Result<(), EvaluateError> {
     if let Some(path) = &args.json {
         atomic_file::check(&[path])?;
     }
-    let results = evaluate(args, flights)?;
+    let results = evaluate(args, flights, own)?;
     if let Some(path) = &args.json {
         results_json::write(path, &results)?;
     }
@@ -38,7 +39,7 @@ pub fn run(args: &Args, flights: &Path) -> Result<(), EvaluateError> {
     Ok(())
 }
 
-fn evaluate(args: &Args, flights: &Path) -> Result<Results, EvaluateError> {
+fn evaluate(args: &Args, flights: &Path, own: &[OwnFilter]) -> Result<Results, EvaluateError> {
     let mut models = default_models::load()?;
     let mut expected = Volume::PAPER;
     for path in &args.models {
@@ -66,8 +67,9 @@ fn evaluate(args: &Args, flights: &Path) -> Result<Results, EvaluateError> {
         passes: args.passes,
         tunings: None,
         tuned: None,
+        own,
     };
-    let roster = Roster::new(&methods_or(args, &Method::DEFAULT), supplies)?;
+    let roster = Roster::new(&methods_or(args, &Method::DEFAULT, own), supplies)?;
     let noise_table = args.noise_table.unwrap_or_default();
     let radar = Radar::paper(noise_table);
     let evaluation = Evaluation {
