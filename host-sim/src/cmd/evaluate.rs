@@ -35,8 +35,40 @@ use crate::scenario::{Scenario, ScenarioError};
 /// also on the other folds' recordings and on both, and each cell shows the best of the three, which
 /// favours the filters (all three: tunings.csv).
 #[derive(Clone, Debug, clap::Args)]
-#[command(group(clap::ArgGroup::new("cross-validation").args(["folds", "quick"]).multiple(true)))]
 pub struct Args {
+    /// What is measured.
+    #[command(flatten)]
+    pub subject: Subject,
+    /// Blob that replaces the built-in one of its kind: one network serves BNN and BNKF, three BNKFe;
+    /// a cross-validation trains those itself and takes recursive blobs only
+    #[arg(long = "model", value_name = "BLOB")]
+    pub models: Vec<PathBuf>,
+    /// Methods, separated by commas [default: the paper's five and the recursive tracker; with --folds or --quick all]
+    #[arg(long, value_enum, value_delimiter = ',')]
+    pub methods: Vec<Method>,
+    /// Monte Carlo passes per estimate [default: each model's own number]
+    #[arg(long, value_name = "N")]
+    pub passes: Option<u16>,
+    /// Writes cells and provenance to this file
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["folds", "quick"])]
+    pub json: Option<PathBuf>,
+    /// Training epochs of a cross-validation [default: 200, with --quick 30]
+    #[arg(long, value_name = "N", requires = "cross-validation")]
+    pub epochs: Option<u32>,
+    /// Folder for the results of a cross-validation; made if it is missing
+    #[arg(
+        long,
+        value_name = "DIR",
+        requires = "cross-validation",
+        default_value = "out/evaluation"
+    )]
+    pub out: PathBuf,
+}
+
+/// Which flights are measured by which radar, how often, and which of them filters may learn from.
+#[derive(Clone, Debug, clap::Args)]
+#[command(group(clap::ArgGroup::new("cross-validation").args(["folds", "quick"]).multiple(true)))]
+pub struct Subject {
     /// Folder of flight files (.csv or .txt: timestamp,tx,ty,tz and other forms), or one file; with --folds or
     /// --quick generated flights are the default
     #[arg(long, value_name = "PATH", required_unless_present_any = ["folds", "quick"])]
@@ -54,22 +86,9 @@ pub struct Args {
     /// [default: radians; with --folds the scenario's]
     #[arg(long, value_enum)]
     pub noise_table: Option<NoiseTable>,
-    /// Blob that replaces the built-in one of its kind: one network serves BNN and BNKF, three BNKFe;
-    /// a cross-validation trains those itself and takes recursive blobs only
-    #[arg(long = "model", value_name = "BLOB")]
-    pub models: Vec<PathBuf>,
-    /// Methods, separated by commas [default: the paper's five and the recursive tracker; with --folds or --quick all]
-    #[arg(long, value_enum, value_delimiter = ',')]
-    pub methods: Vec<Method>,
-    /// Monte Carlo passes per estimate [default: each model's own number]
-    #[arg(long, value_name = "N")]
-    pub passes: Option<u16>,
     /// Seed of flights, placement, radar noise, training and Monte Carlo passes
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Writes cells and provenance to this file
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["folds", "quick"])]
-    pub json: Option<PathBuf>,
     /// Cross-validates with this many folds, by recording
     #[arg(long, value_name = "N")]
     pub folds: Option<usize>,
@@ -93,17 +112,6 @@ pub struct Args {
     /// them [default: 75 minutes of flight, 300 at most]
     #[arg(long, value_name = "N", requires = "cross-validation", value_parser = clap::value_parser!(u16).range(2..=FLIGHTS_MAX as i64))]
     pub tuning_flights: Option<u16>,
-    /// Training epochs of a cross-validation [default: 200, with --quick 30]
-    #[arg(long, value_name = "N", requires = "cross-validation")]
-    pub epochs: Option<u32>,
-    /// Folder for the results of a cross-validation; made if it is missing
-    #[arg(
-        long,
-        value_name = "DIR",
-        requires = "cross-validation",
-        default_value = "out/evaluation"
-    )]
-    pub out: PathBuf,
     /// How flight files are read.
     #[command(flatten)]
     pub reading: ReadOptions,
@@ -192,8 +200,10 @@ pub fn evaluate_with(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateErr
             return Err(EvaluateError::Twice(*method));
         }
     }
-    match &args.flights {
-        Some(flights) if args.folds.is_none() && !args.quick => recorded::run(args, flights, &own),
+    match &args.subject.flights {
+        Some(flights) if args.subject.folds.is_none() && !args.subject.quick => {
+            recorded::run(args, flights, &own)
+        }
         _ => cross_validated::run(args, own),
     }
 }
@@ -202,7 +212,7 @@ pub fn evaluate_with(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateErr
 ///
 /// # Errors
 /// It cannot be used.
-pub fn scenario(args: &Args) -> Result<Scenario, ScenarioError> {
+pub fn scenario(args: &Subject) -> Result<Scenario, ScenarioError> {
     let mut scenario = Scenario::find(&args.scenario)?;
     let is_cross_validated = args.folds.is_some() || args.quick;
     match args.noise_table {

@@ -1,14 +1,14 @@
 //! `host-sim readings`: truth and readings of an evaluation, for filters that are not of this program.
 
 use std::io::Write as _;
-use std::path::Path;
+use std::path::PathBuf;
 
 use bnkf_model_export::atomic_file::{self, AtomicWriteError};
 use parquet::errors::ParquetError;
 use rayon::prelude::*;
 
 use super::evaluate::data::Data;
-use super::evaluate::{self, EvaluateError};
+use super::evaluate::{self, EvaluateError, Subject};
 use crate::cmd::progress;
 use crate::csv_text;
 use crate::exchange::readings::{self, ReadingsFile, Sighting};
@@ -24,13 +24,16 @@ pub const PARQUET: &str = "readings.parquet";
 /// With the arguments of `evaluate` that choose flights, radar, runs and seed (add --folds or --quick for generated
 /// flights) these are the very readings that its methods get, row for row: one for every sample of every flight
 /// at every noise level and rate; empty where nothing was measured. Units stand in the columns' names; x
-/// east, y north, z up. `score` takes estimates of them. Methods and models change nothing here.
+/// east, y north, z up. `score` takes estimates of them.
 #[derive(Clone, Debug, clap::Args)]
 #[group(id = "readings")]
 pub struct Args {
     /// What is measured.
     #[command(flatten)]
-    pub evaluation: evaluate::Args,
+    pub subject: Subject,
+    /// Folder for the two files; made if it is missing
+    #[arg(long, value_name = "DIR", default_value = "out/readings")]
+    pub out: PathBuf,
 }
 
 /// Why no readings were written.
@@ -58,10 +61,9 @@ pub enum ReadingsError {
 /// # Errors
 /// See [`ReadingsError`].
 pub fn run(args: &Args) -> Result<(), ReadingsError> {
-    let args = &args.evaluation;
-    let scenario = evaluate::scenario(args).map_err(EvaluateError::from)?;
+    let scenario = evaluate::scenario(&args.subject).map_err(EvaluateError::from)?;
     output_folder::prepare(&args.out)?;
-    let data = Data::of(args, &scenario)?;
+    let data = Data::of(&args.subject, &scenario)?;
     for remark in &data.remarks {
         eprintln!("{remark}");
     }
@@ -76,7 +78,9 @@ pub fn run(args: &Args) -> Result<(), ReadingsError> {
         let sighting = |flight| Sighting {
             flight,
             condition,
-            readings: scenario.radar.readings(flight, condition, args.seed),
+            readings: scenario
+                .radar
+                .readings(flight, condition, args.subject.seed),
         };
         let sightings: Vec<_> = data.runs.flights.par_iter().map(sighting).collect();
         file.add(&sightings)?;
@@ -86,7 +90,7 @@ pub fn run(args: &Args) -> Result<(), ReadingsError> {
     bar.finish_and_clear();
     let count = rows.len();
     let csv = csv_text::csv(&readings::header(), rows.into_iter());
-    let said = |name: &str| format!("{}\n", Path::new(&args.out).join(name).display());
+    let said = |name: &str| format!("{}\n", args.out.join(name).display());
     atomic_file::write(&args.out.join(PARQUET), &file.finish()?)?;
     atomic_file::write(&args.out.join(CSV), &csv)?;
     let said = format!("{count} rows\n{}{}", said(PARQUET), said(CSV));

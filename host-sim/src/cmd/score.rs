@@ -56,8 +56,8 @@ pub enum ScoreError {
 /// # Errors
 /// See [`ScoreError`].
 pub fn run(args: &Args) -> Result<(), ScoreError> {
-    let scenario = evaluate::scenario(&args.evaluation).map_err(EvaluateError::from)?;
-    let data = Data::of(&args.evaluation, &scenario)?;
+    let scenario = evaluate::scenario(&args.evaluation.subject).map_err(EvaluateError::from)?;
+    let data = Data::of(&args.evaluation.subject, &scenario)?;
     let conditions = scenario.radar.conditions();
     let subject = Subject {
         flights: &data.runs.flights,

@@ -34,7 +34,7 @@ const EPOCHS_QUICK: u32 = 30;
 
 /// Runs or continues a cross-validation, writes its files and prints its table.
 pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
-    let scenario = super::scenario(args)?;
+    let scenario = super::scenario(&args.subject)?;
     let in_origin = scenario.radar.sensors == Sensors::Origin;
     if let Some(method) = args.methods.iter().find(|method| method.needs_origin())
         && !in_origin
@@ -43,7 +43,7 @@ pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
     }
     // Before the work, not after it.
     output_folder::prepare(&args.out)?;
-    let data = Data::of(args, &scenario)?;
+    let data = Data::of(&args.subject, &scenario)?;
     for remark in &data.remarks {
         eprintln!("{remark}");
     }
@@ -63,9 +63,9 @@ pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
     }
     // The last recursive blob is what runs.
     shipped.drain(..shipped.len().saturating_sub(1));
-    let count = args.folds.unwrap_or(FOLDS);
+    let count = args.subject.folds.unwrap_or(FOLDS);
     let campaign = Campaign {
-        folds: Folds::new(&data.runs.flights, count, args.seed)?,
+        folds: Folds::new(&data.runs.flights, count, args.subject.seed)?,
         runs: data.runs,
         to_tune_on: data.to_tune_on,
         tuned_on: data.tuned_on,
@@ -73,17 +73,19 @@ pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
         own,
         shipped,
         passes: args.passes,
-        epochs: args
-            .epochs
-            .unwrap_or(if args.quick { EPOCHS_QUICK } else { EPOCHS }),
-        seed: args.seed,
+        epochs: args.epochs.unwrap_or(if args.subject.quick {
+            EPOCHS_QUICK
+        } else {
+            EPOCHS
+        }),
+        seed: args.subject.seed,
         scenario,
     };
     let provenance = CampaignProvenance {
         remarks: data.remarks,
         ..provenance(args, &campaign, data.source, data.sha256, data.unplaced)
     };
-    if args.quick {
+    if args.subject.quick {
         eprintln!("{}", quick_note(&campaign));
     }
     let plan = serde_json::to_string_pretty(&provenance).expect("every value has a representation");
@@ -164,18 +166,18 @@ fn provenance(
         command: command_line("host-sim"),
         version: env!("CARGO_PKG_VERSION"),
         tree: env!("BNKF_TREE"),
-        seed: args.seed,
+        seed: args.subject.seed,
         scenario: campaign.scenario.name.clone(),
         scenario_sha256: campaign.scenario.sha256.clone(),
         data,
         data_sha256: sha256,
         flights: campaign.runs.segments(),
-        runs: usize::from(args.runs),
+        runs: usize::from(args.subject.runs),
         recordings: recordings.len(),
         unplaced,
         remarks: Vec::new(),
         folds: campaign.folds.count,
-        quick: args.quick,
+        quick: args.subject.quick,
         tuning_flights: campaign.to_tune_on.len(),
         tuning_sha256: data_hash::of_flights(&campaign.to_tune_on),
         tuned_on: campaign.tuned_on.clone(),

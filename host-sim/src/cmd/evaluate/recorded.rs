@@ -48,12 +48,12 @@ fn evaluate(args: &Args, flights: &Path, own: &[OwnFilter]) -> Result<Results, E
         models.push(model);
     }
     let preparation = Preparation {
-        reading: args.reading.clone(),
+        reading: args.subject.reading.clone(),
         expected,
-        segment_s: args.segment_s,
-        volume: args.place.then_some(Volume::PAPER),
-        radar_m: args.radar.0,
-        seed: args.seed,
+        segment_s: args.subject.segment_s,
+        volume: args.subject.place.then_some(Volume::PAPER),
+        radar_m: args.subject.radar.0,
+        seed: args.subject.seed,
     };
     let set = FlightSet::read(flights, &preparation)?;
     for remark in &set.remarks {
@@ -70,14 +70,14 @@ fn evaluate(args: &Args, flights: &Path, own: &[OwnFilter]) -> Result<Results, E
         own,
     };
     let roster = Roster::new(&methods_or(args, &Method::DEFAULT, own), supplies)?;
-    let noise_table = args.noise_table.unwrap_or_default();
+    let noise_table = args.subject.noise_table.unwrap_or_default();
     let radar = Radar::paper(noise_table);
     let evaluation = Evaluation {
         segments: &set.segments,
         roster: &roster,
         conditions: &radar.conditions(),
         radar: &radar,
-        seed: args.seed,
+        seed: args.subject.seed,
     };
     let bar = progress::bar(evaluation.units(), "Evaluating");
     let cells = evaluation.run(&|| bar.inc(1));
@@ -86,16 +86,16 @@ fn evaluate(args: &Args, flights: &Path, own: &[OwnFilter]) -> Result<Results, E
         command: command_line("host-sim"),
         version: env!("CARGO_PKG_VERSION"),
         tree: env!("BNKF_TREE"),
-        seed: args.seed,
+        seed: args.subject.seed,
         data: flights.display().to_string(),
         data_sha256: set.sha256,
         flights: set.flights,
         segments: set.segments.len(),
         unplaced: set.unplaced,
         remarks: set.remarks,
-        segment_s: args.segment_s,
-        placed: args.place,
-        radar_m: args.radar.0,
+        segment_s: args.subject.segment_s,
+        placed: args.subject.place,
+        radar_m: args.subject.radar.0,
         noise_table,
         passes: args.passes,
         models: models.iter().map(ModelProvenance::from).collect(),
