@@ -27,7 +27,7 @@ pub fn column<T: DataType>(group: &mut Group<'_>, values: Vec<T::T>) -> Result<(
 /// The same where a row may have nothing.
 ///
 /// # Errors
-/// As [`column`].
+/// As [`column()`].
 pub fn optional<T: DataType>(
     group: &mut Group<'_>,
     values: Vec<Option<T::T>>,
