@@ -7,8 +7,8 @@ use std::time::Duration;
 use bnkf::blob::Kind;
 use bnkf::{Correction, Inference, PassesError, Settings, Tracker};
 use bnkf_model_export::flights::csv::options::ReadOptions;
-use bnkf_model_export::flights::csv::{FlightFileError, read_flight_csv};
 use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::flights::flight_file::{FlightFileError, read_flight};
 use bnkf_model_export::flights::generator::{GeneratorError, GeneratorSettings, generate};
 use bnkf_model_export::flights::suspicion::suspicions;
 use bnkf_model_export::flights::volume::Volume;
@@ -276,7 +276,7 @@ fn model(path: Option<&Path>) -> Result<Model, ImageError> {
 
 fn flight(args: &Args, volume: &Volume) -> Result<Flight, ImageError> {
     if args.flight != Path::new(BUILTIN) {
-        let file = read_flight_csv(&args.flight, &args.reading)?;
+        let file = read_flight(&args.flight, &args.reading)?;
         for note in &file.notes {
             eprintln!("note: {}: {note}", file.flight.name);
         }
