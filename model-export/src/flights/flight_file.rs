@@ -1,7 +1,7 @@
 //! One flight file of any form: which one it is, its contents say.
 //!
-//! CSV and its kin ([`csv`](super::csv)), PX4's ULog ([`ulog`](super::ulog)), ArduPilot's log
-//! ([`dataflash`](super::dataflash)).
+//! CSV and its kin ([`csv`]), PX4's ULog ([`ulog`]), ArduPilot's log
+//! ([`dataflash`]).
 
 use crate::flights::csv::options::ReadOptions;
 use crate::flights::csv::{self, FlightFileCause, Located, SAMPLES_MAX};
