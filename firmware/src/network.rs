@@ -1,10 +1,12 @@
 //! Layers over a blob plus a caller-owned scratch: one forward pass, or four Monte Carlo passes.
 
+mod gelu_moments;
 pub mod layer;
+pub mod moments;
 pub mod monte_carlo;
 
 use crate::blob::NetworkView;
-use crate::blob::field::WIDTH_MAX;
+use crate::blob::field::{LAYERS_MAX, WIDTH_MAX};
 use crate::gaussian::standard_normals;
 use crate::kernel::activation::{gelu, gelu_in_place, gelus};
 use crate::kernel::{Packed, Vector, sqrt, square_roots};
@@ -14,21 +16,25 @@ use rand_core::Rng;
 /// Monte Carlo passes that run together and share each unpacked weight.
 pub const LANES: usize = 4;
 
-/// Working memory of a network, about 4 KiB; contents are meaningless between calls.
+/// Working memory of a network, less than 3 KiB; contents are meaningless between calls.
 pub struct Scratch {
     packed: Packed<LANES>,
-    activations: [[f32; LANES]; WIDTH_MAX],
-    /// Mean and standard deviation of the first layer's pre-activations: the same in every pass.
-    first: [(f32, f32); WIDTH_MAX],
+    /// Of passes the activations, [`LANES`] each, then mean and standard deviation of the first
+    /// layer's pre-activations, which are the same in every pass; of moments what
+    /// [`moments::outputs`] keeps of every hidden layer.
+    numbers: [f32; NUMBERS],
 }
+
+const ACTIVATIONS: usize = LANES * WIDTH_MAX;
+const NUMBERS: usize = WIDTH_MAX * (LAYERS_MAX - 1);
+const _: () = assert!(NUMBERS >= ACTIVATIONS + 2 * WIDTH_MAX);
 
 impl Scratch {
     /// Fresh scratch.
     pub const fn new() -> Self {
         Self {
             packed: Packed::new(),
-            activations: [[0.0; LANES]; WIDTH_MAX],
-            first: [(0.0, 0.0); WIDTH_MAX],
+            numbers: [0.0; NUMBERS],
         }
     }
 }
@@ -91,8 +97,9 @@ impl<'a> Network<'a> {
         }
         let first = self.view.layer(0);
         packed.pack(&activations[..first.inputs]);
+        let (moments, _) = scratch.numbers[ACTIVATIONS..].as_chunks_mut();
         layer::moments(&first, &packed, |output, mean, variance| {
-            scratch.first[output] = (mean[0], sqrt(variance[0]));
+            moments[output] = [mean[0], sqrt(variance[0])];
         });
     }
 
@@ -103,14 +110,13 @@ impl<'a> Network<'a> {
         scratch: &'s mut Scratch,
         rng: &mut impl Rng,
     ) -> &'s [[f32; LANES]] {
-        let Scratch {
-            packed,
-            activations,
-            first,
-        } = scratch;
+        let Scratch { packed, numbers } = scratch;
+        let (activations, first) = numbers.split_at_mut(ACTIVATIONS);
+        let (activations, _) = activations.as_chunks_mut();
+        let (first, _) = first.as_chunks();
         let last = self.view.layers() - 1;
         let mut outputs = self.view.layer(0).outputs;
-        for (slot, &(mean, sigma)) in activations.iter_mut().zip(first.iter()).take(outputs) {
+        for (slot, &[mean, sigma]) in activations.iter_mut().zip(first.iter()).take(outputs) {
             let drawn = standard_normals(rng).map(|normal| mean + sigma * normal);
             *slot = if last > 0 { gelus(drawn) } else { drawn };
         }
@@ -282,8 +288,8 @@ mod tests {
     }
 
     #[test]
-    fn scratch_holds_four_passes_of_the_widest_layer() {
+    fn scratch_holds_four_passes_of_the_widest_layer_or_seven_layers() {
         let packed = size_of::<Packed<LANES>>();
-        assert_eq!(size_of::<Scratch>(), packed + 64 * 4 * 4 + 64 * 8);
+        assert_eq!(size_of::<Scratch>(), packed + 7 * 64 * 4);
     }
 }

@@ -9,13 +9,13 @@ use crate::blob::field::WIDTH_MAX;
 /// The quantised activations of one layer: the values of one lane of [`Packed`](super::Packed),
 /// without the squares.
 pub struct Vector {
-    words: [u32; WORDS],
+    pub(super) words: [u32; WORDS],
     /// Words in use: two for every group of four inputs.
-    used: usize,
+    pub(super) used: usize,
     /// What one step of `words` is worth.
-    scale: f32,
+    pub(super) scale: f32,
     /// The latest sums over inputs of code times word, one for every row.
-    sums: [i32; WIDTH_MAX],
+    pub(super) sums: [i32; WIDTH_MAX],
 }
 
 impl Vector {

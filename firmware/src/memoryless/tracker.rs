@@ -14,8 +14,8 @@ use crate::estimate::{Doubt, Estimate, Mode, NIS_MAX, POSITION_SIGMA_MAX_M};
 use crate::inference::Inference;
 use crate::likelihood::Likelihood;
 use crate::measurement::{Measurement, Vectors};
-use crate::network::monte_carlo::{Moments, Sampling, moments};
-use crate::network::{Network, Scratch};
+use crate::network::monte_carlo::{self, Moments, Sampling};
+use crate::network::{Network, Scratch, moments};
 use crate::radar::{converted, innovations, predict};
 use crate::rng::{Generator, seeded};
 use crate::sensor::Sensor;
@@ -258,7 +258,7 @@ impl<'a> Memoryless<'a> {
                     covariance: [[0.0; N]; N],
                 }
             }
-            Inference::Passes(passes) => moments(
+            Inference::Passes(passes) => monte_carlo::moments(
                 network,
                 inputs,
                 passes.count(),
@@ -266,6 +266,12 @@ impl<'a> Memoryless<'a> {
                 &mut self.rng,
                 &mut self.scratch,
             ),
+            Inference::Moments => {
+                let mut mean = [0.0; N];
+                let scratch = &mut self.scratch;
+                let covariance = moments::outputs(network, inputs, &mut mean, 0, scratch);
+                Moments { mean, covariance }
+            }
         }
     }
 }

@@ -22,7 +22,7 @@ use crate::inference::Inference;
 use crate::likelihood::Likelihood;
 use crate::measurement::{Measurement, Vectors};
 use crate::network::monte_carlo::separate_moments;
-use crate::network::{Network, Scratch};
+use crate::network::{Network, Scratch, moments};
 use crate::rng::{Generator, seeded};
 use crate::settings::Settings;
 use crate::step_error::StepError;
@@ -523,6 +523,14 @@ impl<'a> Recursive<'a> {
                         &mut self.rng,
                         &mut self.scratch,
                     );
+                }
+                Inference::Moments => {
+                    let scratch = &mut self.scratch;
+                    let covariance: [[f32; 3]; 3] =
+                        moments::outputs(&network, inputs, &mut outputs, JERK_OUTPUT, scratch);
+                    for (axis, row) in covariance.iter().enumerate() {
+                        variances[JERK_OUTPUT + axis] = row[axis];
+                    }
                 }
             }
         }

@@ -106,13 +106,18 @@ impl<'a> Roster<'a> {
     /// # Errors
     /// A method lacks its model or tuning, or the number of passes is out of range.
     pub fn new(methods: &[Method], supplies: Supplies<'a>) -> Result<Self, RosterError> {
-        let runs = |method, blob: Blob<'a>, correction| {
+        let runs = |method: Method, blob: Blob<'a>, correction| {
             let own = Settings::of(&blob);
             let asked = supplies.passes.map(Inference::of_passes).transpose();
             let asked = asked.map_err(|cause| RosterError::Passes { method, cause })?;
+            let inference = if method.takes_moments() {
+                Inference::Moments
+            } else {
+                asked.unwrap_or(own.inference)
+            };
             let settings = Settings {
                 correction,
-                inference: asked.unwrap_or(own.inference),
+                inference,
                 ..own
             };
             Tracker::new(blob, settings)
@@ -142,9 +147,15 @@ impl<'a> Roster<'a> {
             Method::Ekf => Ok(Recipe::PaperEkf),
             Method::Ukf => Ok(Recipe::PaperUkf),
             Method::Bnn => memoryless(method, 1, TrackerCorrection::None),
-            Method::Bnkf => memoryless(method, 1, TrackerCorrection::Converted),
-            Method::Bnkfe => memoryless(method, 3, TrackerCorrection::Converted),
-            Method::Recursive => tracker(method, BlobKind::Recursive, 1, TrackerCorrection::Polar),
+            Method::Bnkf | Method::BnkfMoments => {
+                memoryless(method, 1, TrackerCorrection::Converted)
+            }
+            Method::Bnkfe | Method::BnkfeMoments => {
+                memoryless(method, 3, TrackerCorrection::Converted)
+            }
+            Method::Recursive | Method::RecursiveMoments => {
+                tracker(method, BlobKind::Recursive, 1, TrackerCorrection::Polar)
+            }
             Method::RecursiveTuned => {
                 let model = supplies.tuned.ok_or(RosterError::NoTuning(method))?;
                 runs(method, model.blob(), TrackerCorrection::Polar)

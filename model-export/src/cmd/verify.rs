@@ -5,11 +5,10 @@ use super::flight_source::{FlightSource, FlightSourceError};
 use super::verify_recursive::{self, RecursiveArgs, VerifyRecursiveError};
 use crate::blob::quantise::{LayerError, layer_errors, quantise};
 use crate::blob::unrounded::{self, UnroundedError};
-use crate::flights::flight::Flight;
-use crate::memoryless::example::{Condition, ExampleSettings, examples};
-use crate::memoryless::normalisation::Normalisations;
-use crate::memoryless::rows::Rows;
-use crate::memoryless::verification::{Comparison, SHIFT_MAX, SIGMA_ERROR_MAX, Summary, compare};
+use crate::memoryless::example::ExampleSettings;
+use crate::memoryless::verification::{
+    Comparison, SHIFT_MAX, SIGMA_ERROR_MAX, Summary, compare, measured_rows,
+};
 use crate::radar::noise::{NoiseLevel, NoiseTable};
 use crate::regular_file::{self, ReadFileError};
 use bnkf::blob::{Blob, Kind};
@@ -122,8 +121,15 @@ pub fn run(args: &Args) -> Result<(), VerifyError> {
         "\n{:<8}{:>8}{:>12}{:>12}{:>14}{:>18}\n",
         "noise", "values", "shift mean", "shift p95", "sigma ratio", "ratio p5 .. p95"
     );
+    let settings = ExampleSettings {
+        layout: blob.features(),
+        table: args.noise_table,
+        // Only the loss depends on it.
+        range_spread_m: 1.0,
+    };
     for level in NoiseLevel::ALL {
-        let rows = measurements(&blob, &flights.flights, level, args);
+        let count = usize::from(args.rows);
+        let rows = measured_rows(&blob, &flights.flights, level, &settings, count, args.seed);
         let pairs = blob.networks().zip(&networks);
         let found: Vec<Comparison> = pairs
             .flat_map(|(view, weights)| compare(view, weights, &rows, args.passes))
@@ -143,38 +149,6 @@ pub fn run(args: &Args) -> Result<(), VerifyError> {
     } else {
         Err(VerifyError::Rejected(args.model.clone()))
     }
-}
-
-/// About `args.rows` measurements of `flights`, evenly spread over flights and sampling rates,
-/// normalised as the tracker does.
-fn measurements(blob: &Blob<'_>, flights: &[Flight], level: NoiseLevel, args: &Args) -> Rows {
-    let settings = ExampleSettings {
-        layout: blob.features(),
-        table: args.noise_table,
-        // Only the loss depends on it.
-        range_spread_m: 1.0,
-    };
-    let conditions = Condition::all()
-        .into_iter()
-        .filter(|condition| condition.level == level);
-    let found: Vec<_> = conditions
-        .flat_map(|condition| {
-            flights
-                .iter()
-                .flat_map(move |flight| examples(flight, condition, &settings, args.seed))
-        })
-        .collect();
-    let normalisation = Normalisations::of_blob(blob);
-    let mut rows = Rows::new(blob.features().len(), 3);
-    for example in found
-        .iter()
-        .step_by((found.len() / usize::from(args.rows)).max(1))
-    {
-        normalisation.push_features(&example.features, &mut rows.features);
-        rows.targets.extend([0.0; 3]);
-        rows.weights.push(0.0);
-    }
-    rows
 }
 
 fn layer_table(errors: &[LayerError]) -> String {

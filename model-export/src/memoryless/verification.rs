@@ -5,13 +5,17 @@
 //! against the naive network in f64. Predictive standard deviations come from many Monte Carlo
 //! passes on both sides, with noise of their own.
 
+use crate::flights::flight::Flight;
 use crate::kernel::Tier;
+use crate::memoryless::example::{Condition, ExampleSettings, examples};
 use crate::memoryless::gradient::{Batch, Gradient};
+use crate::memoryless::normalisation::Normalisations;
 use crate::memoryless::rows::Rows;
 use crate::posterior::gaussian_weights::GaussianWeights;
 use crate::posterior::network_f64::NetworkF64;
+use crate::radar::noise::NoiseLevel;
 use crate::seed;
-use bnkf::blob::NetworkView;
+use bnkf::blob::{Blob, NetworkView};
 use bnkf::network::monte_carlo::{Sampling, moments};
 use bnkf::network::{Network, Scratch};
 use bnkf::rng::seeded;
@@ -118,6 +122,37 @@ pub fn compare(
         }
     }
     comparisons
+}
+
+/// About `count` measurements of `flights`, evenly spread over flights and sampling rates,
+/// normalised as the tracker does.
+#[must_use]
+pub fn measured_rows(
+    blob: &Blob<'_>,
+    flights: &[Flight],
+    level: NoiseLevel,
+    settings: &ExampleSettings,
+    count: usize,
+    seed: u64,
+) -> Rows {
+    let conditions = Condition::all()
+        .into_iter()
+        .filter(|condition| condition.level == level);
+    let found: Vec<_> = conditions
+        .flat_map(|condition| {
+            flights
+                .iter()
+                .flat_map(move |flight| examples(flight, condition, settings, seed))
+        })
+        .collect();
+    let normalisation = Normalisations::of_blob(blob);
+    let mut rows = Rows::new(blob.features().len(), 3);
+    for example in found.iter().step_by((found.len() / count).max(1)) {
+        normalisation.push_features(&example.features, &mut rows.features);
+        rows.targets.extend([0.0; 3]);
+        rows.weights.push(0.0);
+    }
+    rows
 }
 
 /// Predictive standard deviations of the unrounded weights, row-major, in normalised units.

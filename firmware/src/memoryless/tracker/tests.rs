@@ -1,6 +1,7 @@
 use super::*;
 use crate::blob::draft::Draft;
 use crate::measurement::Sensed;
+use crate::network::monte_carlo::moments;
 
 fn measurement(time_us: u64, away: f32) -> Measurement {
     let sensed = |value, sigma| Some(Sensed { value, sigma });
