@@ -21,6 +21,7 @@ mod arm_second;
 #[cfg_attr(arm_dsp, path = "kernel/arm.rs")]
 #[cfg(any(target_arch = "x86_64", arm_dsp))]
 mod four_lanes;
+mod largest;
 mod packed;
 mod second;
 mod spread;

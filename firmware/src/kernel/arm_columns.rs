@@ -1,15 +1,15 @@
 //! Columns of a layer times three vectors on the microcontroller: a word of two rows each, SMLAD does
 //! two products.
 
-use super::adjoint::{PAIRS, Pair};
+use super::adjoint::{Pair, UNROLLED};
 use core::arch::naked_asm;
 
 /// Sums over pairs of rows of the int8 codes of four columns after four times the halves of the three
-/// vectors. Says whether there are three, and the codes.
+/// vectors. Says whether there are three, a multiple of [`UNROLLED`] pairs, and the codes.
 #[inline]
 pub fn sum_columns<const N: usize>(
     codes: &[u8],
-    pairs: &[Pair<N>; PAIRS],
+    pairs: &[Pair<N>],
     sums: &mut [[[i32; N]; 4]],
 ) -> bool {
     let needed = 4 * sums.len();
@@ -18,31 +18,34 @@ pub fn sum_columns<const N: usize>(
             .iter()
             .all(|&row| row as usize + needed <= codes.len())
     };
-    let fits = N == 3 && !sums.is_empty() && pairs.iter().all(inside);
+    let whole = pairs.len() % UNROLLED == 0 && !pairs.is_empty() && !sums.is_empty();
+    let fits = N == 3 && whole && pairs.iter().all(inside);
     if fits {
-        let ends = sums.as_mut_ptr_range();
+        let (pairs, ends) = (pairs.as_ptr_range(), sums.as_mut_ptr_range());
         // SAFETY: there are three vectors; reads all of `pairs`, and of each of their rows one word for
-        // each of `sums`, which are codes; writes all of `sums`, of which there is at least one.
+        // each of `sums`, which are codes; writes all of `sums`. There are some of both.
         unsafe {
             sum_three(
-                codes.as_ptr(),
-                pairs.as_ptr().cast(),
-                ends.start.cast(),
+                pairs.end.cast(),
+                pairs.start.cast(),
                 ends.end.cast(),
+                ends.start.cast(),
+                codes.as_ptr(),
             );
         }
     }
     fits
 }
 
-const _: () = assert!(PAIRS == 20);
+const _: () = assert!(UNROLLED == 4);
 
 #[unsafe(naked)]
 unsafe extern "C" fn sum_three(
-    codes: *const u8,
+    pairs_end: *const Pair<3>,
     pairs: *const Pair<3>,
-    sums: *mut [[i32; 3]; 4],
     sums_end: *mut [[i32; 3]; 4],
+    sums: *mut [[i32; 3]; 4],
+    codes: *const u8,
 ) {
     naked_asm!(
         // r0 codes of the columns in the first row, lr pairs, r4-r6 and r7-r9 the sums of two columns,
@@ -55,10 +58,8 @@ unsafe extern "C" fn sum_three(
         "mov r7, #0",
         "mov r8, #0",
         "mov r9, #0",
-        "mov r1, #4",
-        "str r1, [sp, #16]",
         "3:",
-        ".rept 5",
+        ".rept 4",
         "ldmia lr!, {{r2, r3, r10-r12}}",
         "ldr r2, [r0, r2]",
         "ldr r3, [r0, r3]",
@@ -73,29 +74,28 @@ unsafe extern "C" fn sum_three(
         "smlad r8, r3, r11, r8",
         "smlad r9, r3, r12, r9",
         ".endr",
-        "ldr r1, [sp, #16]",
-        "subs r1, #1",
-        "str r1, [sp, #16]",
+        "ldr r1, [sp]",
+        "cmp lr, r1",
         "bne 3b",
-        "ldr r2, [sp, #8]",
+        "ldr r2, [sp, #12]",
         "add r3, r2, #\\first",
         "stmia r3, {{r4-r6}}",
         "add r3, r2, #\\second",
         "stmia r3, {{r7-r9}}",
         ".endm",
-        // A word for the count of the loops lies above the arguments.
         "push {{r4-r11, lr}}",
-        "push {{r0-r4}}",
+        "push {{r0-r3}}",
+        "ldr r0, [sp, #52]",
         "2:",
         "BNKF_COLUMNS 0, 0, 24",
         "BNKF_COLUMNS 8, 12, 36",
-        "ldr r3, [sp, #12]",
+        "ldr r3, [sp, #8]",
         "add r0, #4",
         "add r2, #48",
-        "str r2, [sp, #8]",
+        "str r2, [sp, #12]",
         "cmp r2, r3",
         "bne 2b",
-        "add sp, #20",
+        "add sp, #16",
         "pop {{r4-r11, pc}}",
         ".purgem BNKF_COLUMNS",
     )

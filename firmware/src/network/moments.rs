@@ -71,7 +71,7 @@ fn forward<const N: usize>(
             let square = gelu.slope * gelu.slope;
             *mean = gelu.mean;
             *variance = square * whole + gelu.beside;
-            *kept = both(gelu.slope, square * noise + gelu.beside);
+            *kept = both(gelu.slope * scale, square * noise + gelu.beside);
         }
     }
     let layer = view.layer(last);
@@ -115,12 +115,13 @@ fn backward<const N: usize>(
 ) -> [[f32; N]; N] {
     let mut covariance = [[0.0; N]; N];
     let mut rows = [[0.0; N]; WIDTH_MAX];
-    for n in 0..N {
-        covariance[n][n] = noise[n];
-        rows[n][n] = 1.0;
-    }
     let mut adjoint = Adjoint::new();
     let last = view.layers() - 1;
+    let scales = view.layer(last).channel_scale;
+    for (n, scale) in scales.iter().skip(first).take(N).enumerate() {
+        covariance[n][n] = noise[n];
+        rows[n][n] = scale;
+    }
     for index in (1..=last).rev() {
         let layer = view.layer(index);
         let stride = row_stride(layer.inputs);
@@ -129,24 +130,21 @@ fn backward<const N: usize>(
         } else {
             (0, layer.outputs)
         };
-        let scales = layer.channel_scale.iter().skip(from);
-        for (row, scale) in rows.iter_mut().zip(scales).take(count) {
-            *row = row.map(|derivative| derivative * scale);
-        }
         adjoint.pack(&rows[..count], stride);
         let codes = layer.means.get(from * stride..).unwrap_or_default();
-        let rows = &mut rows[..layer.inputs];
-        adjoint.dot_columns(codes, rows);
-        for (row, &kept) in rows.iter_mut().zip(&kept[index - 1]) {
-            let (slope, noise) = apart(kept);
-            let weighed = row.map(|derivative| derivative * noise);
-            for i in 0..N {
-                for j in 0..=i {
-                    covariance[i][j] += weighed[i] * row[j];
+        let mut units = rows.iter_mut().zip(&kept[index - 1]);
+        adjoint.dot_columns(codes, layer.inputs, |_, derivatives| {
+            if let Some((row, &kept)) = units.next() {
+                let (slope, noise) = apart(kept);
+                for i in 0..N {
+                    let weighed = derivatives[i] * noise;
+                    for j in 0..=i {
+                        covariance[i][j] += weighed * derivatives[j];
+                    }
+                    row[i] = derivatives[i] * slope;
                 }
             }
-            *row = row.map(|derivative| derivative * slope);
-        }
+        });
     }
     for i in 0..N {
         for j in 0..i {
