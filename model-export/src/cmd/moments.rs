@@ -85,7 +85,7 @@ pub fn run(args: &Args) -> Result<(), MomentsError> {
         cause,
     })?;
     if let Some(path) = &args.json {
-        atomic_file::check(path)?;
+        atomic_file::check(std::slice::from_ref(path))?;
     }
     let flights = generate(&args.scenario.held_out_flights())?;
     let levels = levels(

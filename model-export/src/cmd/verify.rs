@@ -41,6 +41,10 @@ pub struct Args {
     /// Monte Carlo passes for each predictive standard deviation
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u16).range(2..=10_000))]
     passes: u16,
+    /// Moments of the blob without passes: for its predictive standard deviation, or for the tracker of a
+    /// recursive blob
+    #[arg(long, conflicts_with = "tracker_passes")]
+    moments: bool,
     /// Seed of placement and radar noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -100,8 +104,14 @@ pub fn run(args: &Args) -> Result<(), VerifyError> {
         .and_then(|networks| unrounded::check_shape(&networks, &blob).map(|()| networks))
         .map_err(|cause| VerifyError::Unrounded { path, cause })?;
     if let (Kind::Recursive, [weights]) = (blob.kind(), &networks[..]) {
-        let verified =
-            verify_recursive::verify(blob, weights, &args.source, &args.recursive, args.seed);
+        let verified = verify_recursive::verify(
+            blob,
+            weights,
+            &args.source,
+            &args.recursive,
+            args.moments,
+            args.seed,
+        );
         return verified.map_err(|cause| VerifyError::Recursive {
             path: args.model.clone(),
             cause,
@@ -132,7 +142,7 @@ pub fn run(args: &Args) -> Result<(), VerifyError> {
         let rows = measured_rows(&blob, &flights.flights, level, &settings, count, args.seed);
         let pairs = blob.networks().zip(&networks);
         let found: Vec<Comparison> = pairs
-            .flat_map(|(view, weights)| compare(view, weights, &rows, args.passes))
+            .flat_map(|(view, weights)| compare(view, weights, &rows, args.passes, args.moments))
             .collect();
         text += &summary_line(&level.to_string(), &found);
         all.extend(found);
@@ -140,8 +150,14 @@ pub fn run(args: &Args) -> Result<(), VerifyError> {
     text += &summary_line("all", &all);
     text += &format!(
         "\nshift: |estimate of the blob - estimate of the unrounded weights| at the mean weights, in predictive\n\
-         sigmas; accepted up to {SHIFT_MAX} on average, and a mean sigma ratio within {SIGMA_ERROR_MAX} of 1 ({}, {} passes)\n",
-        flights.source, args.passes
+         sigmas; accepted up to {SHIFT_MAX} on average, and a mean sigma ratio within {SIGMA_ERROR_MAX} of 1 ({}, {} passes{})\n",
+        flights.source,
+        args.passes,
+        if args.moments {
+            ", the blob's sigma from moments"
+        } else {
+            ""
+        }
     );
     std::io::stdout().write_all(text.as_bytes())?;
     if Summary::of(&all).is_some_and(|summary| summary.accepted()) {
