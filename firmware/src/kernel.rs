@@ -24,14 +24,13 @@ mod four_lanes;
 mod largest;
 mod packed;
 mod second;
-mod spread;
 mod vector;
 #[cfg(arm_vfp)]
 mod vfp;
 
 pub use adjoint::Adjoint;
 pub use packed::Packed;
-pub use spread::Spread;
+pub use second::Second;
 pub use vector::Vector;
 
 use crate::blob::field::WIDTH_MAX;

@@ -9,13 +9,13 @@ use crate::blob::field::WIDTH_MAX;
 /// The quantised activations of one layer: the values of one lane of [`Packed`](super::Packed),
 /// without the squares.
 pub struct Vector {
-    pub(super) words: [u32; WORDS],
+    words: [u32; WORDS],
     /// Words in use: two for every group of four inputs.
-    pub(super) used: usize,
+    used: usize,
     /// What one step of `words` is worth.
-    pub(super) scale: f32,
+    scale: f32,
     /// The latest sums over inputs of code times word, one for every row.
-    pub(super) sums: [i32; WIDTH_MAX],
+    sums: [i32; WIDTH_MAX],
 }
 
 impl Vector {

@@ -11,7 +11,7 @@ use super::gelu_moments::GeluMoments;
 use super::{Network, Scratch, layer};
 use crate::blob::field::{WIDTH_MAX, row_stride};
 use crate::blob::{LayerView, NetworkView};
-use crate::kernel::{Adjoint, Spread, Vector};
+use crate::kernel::{Adjoint, Second, Vector};
 
 /// The outputs' means, and the covariance of `N` of them from `first` on; not yet scaled back.
 /// `inputs` are normalised; there is a slot in `outputs` for every output.
@@ -36,37 +36,32 @@ fn forward<const N: usize>(
     first: usize,
     kept: &mut [[f32; WIDTH_MAX]],
 ) -> [f32; N] {
-    let mut vector = Vector::new();
-    let mut spread = Spread::new();
+    let (mut vector, mut second) = (Vector::new(), Second::new());
     let mut mean = [0.0; WIDTH_MAX];
     let mut variance = [0.0; WIDTH_MAX];
+    // Variance of a pre-activation that comes from the layers before.
+    let mut passed = [0.0; WIDTH_MAX];
     for (slot, &x) in mean.iter_mut().zip(inputs) {
         *slot = x;
     }
-    let mut noise = [0.0; WIDTH_MAX];
-    let mut passed = [0.0; WIDTH_MAX];
     let last = view.layers() - 1;
     for index in 0..last {
         let layer = view.layer(index);
         if index > 0 {
-            let stride = row_stride(layer.inputs);
-            spread.pack(&variance[..layer.inputs]);
-            spread.dot_squares(layer.means, stride, &mut passed[..layer.outputs]);
+            second.pack(&variance[..layer.inputs]);
+            let sums = second.dot_squares(layer.means, layer.outputs);
+            let scales = layer.channel_scale.iter();
+            for (passed, (sum, scale)) in passed.iter_mut().zip(sums.zip(scales)) {
+                *passed = sum * scale * scale;
+            }
         }
-        noise_of(
-            &layer,
-            0,
-            &mean,
-            &mut variance,
-            &mut vector,
-            &mut noise[..layer.outputs],
-        );
+        let noise = noises(&layer, 0, layer.outputs, &mean, &mut variance, &mut second);
         vector.pack(&mean[..layer.inputs]);
         layer::means(&layer, &mut vector, &mut mean);
         let units = mean.iter_mut().zip(&mut variance).zip(&mut kept[index]);
-        let sums = noise.iter().zip(&passed).zip(layer.channel_scale.iter());
-        for (((mean, variance), kept), ((&noise, &passed), scale)) in units.zip(sums) {
-            let whole = noise + passed * scale * scale;
+        let sums = noise.zip(&passed).zip(layer.channel_scale.iter());
+        for (((mean, variance), kept), ((noise, passed), scale)) in units.zip(sums) {
+            let whole = noise + passed;
             let gelu = GeluMoments::of(*mean, whole);
             let square = gelu.slope * gelu.slope;
             *mean = gelu.mean;
@@ -76,33 +71,35 @@ fn forward<const N: usize>(
     }
     let layer = view.layer(last);
     let mut noise = [0.0; N];
-    noise_of(&layer, first, &mean, &mut variance, &mut vector, &mut noise);
+    let sums = noises(&layer, first, N, &mean, &mut variance, &mut second);
+    for (slot, noise) in noise.iter_mut().zip(sums) {
+        *slot = noise;
+    }
     vector.pack(&mean[..layer.inputs]);
     layer::means(&layer, &mut vector, outputs);
     noise
 }
 
-/// Variance of the pre-activations from `first` on that is due to this layer's weights and biases. Makes
-/// second moments of the variances.
+/// Variances of `count` pre-activations from `first` on that are due to this layer's weights and biases.
+/// Makes second moments of the variances.
 #[inline]
-fn noise_of(
-    layer: &LayerView<'_>,
+fn noises<'a>(
+    layer: &LayerView<'a>,
     first: usize,
+    count: usize,
     mean: &[f32; WIDTH_MAX],
     variance: &mut [f32; WIDTH_MAX],
-    vector: &mut Vector,
-    noise: &mut [f32],
-) {
+    second: &'a mut Second,
+) -> impl Iterator<Item = f32> + use<'a> {
     for (variance, mean) in variance.iter_mut().zip(mean).take(layer.inputs) {
         *variance += mean * mean;
     }
+    second.pack(&variance[..layer.inputs]);
     let rows = layer.variance_codes.get(first * row_stride(layer.inputs)..);
-    vector.pack(&variance[..layer.inputs]);
-    vector.dot_variances(rows.unwrap_or_default(), noise);
-    let biases = layer.bias_variance.iter().skip(first);
-    for (noise, bias) in noise.iter_mut().zip(biases) {
-        *noise = *noise * layer.variance_max + bias;
-    }
+    let sums = second.dot_variances(rows.unwrap_or_default(), count);
+    let (variance_max, biases) = (layer.variance_max, layer.bias_variance.iter().skip(first));
+    sums.zip(biases)
+        .map(move |(sum, bias)| sum * variance_max + bias)
 }
 
 /// Goes from the outputs to the first hidden layer and collects the noise on the way.
