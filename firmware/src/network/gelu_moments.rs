@@ -10,7 +10,7 @@ pub struct GeluMoments {
     pub mean: f32,
     /// The mean of its derivative: the slope of the best line through it.
     pub slope: f32,
-    /// Variance beside that line: second and third term of the Hermite series.
+    /// Variance beside that line: second to fourth term of the Hermite series.
     pub beside: f32,
 }
 
@@ -26,15 +26,16 @@ impl GeluMoments {
         let shrunk = inverse * inverse;
         let (m, v) = (mean * shrunk, variance * shrunk);
         let square = m * m;
-        // Means of the second and third derivative, (2 - z^2) phi and (z^3 - 4 z) phi.
+        // Means of the second to fourth derivative: phi times 2 - z^2, z^3 - 4 z and -z^4 + 7 z^2 - 4.
         let second = density * (2.0 - v - square);
         let third = density * m * (square + 3.0 * v - 4.0);
+        let fourth =
+            density * (7.0 * (square + v) - square * (square + 6.0 * v) - 3.0 * v * v - 4.0);
+        let above = third * third * (1.0 / 6.0) + variance * (fourth * fourth * (1.0 / 24.0));
         Self {
             mean: mean * cumulated + variance * density,
             slope: cumulated + m * density,
-            beside: variance
-                * variance
-                * (0.5 * second * second + variance * third * third * (1.0 / 6.0)),
+            beside: variance * variance * (0.5 * second * second + variance * above),
         }
     }
 }

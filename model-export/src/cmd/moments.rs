@@ -9,6 +9,7 @@ use crate::moments::comparison::{
 use crate::moments::inputs::levels;
 use crate::posterior::architecture::ArchitectureError;
 use crate::recursive::scenario::Scenario;
+use crate::regular_file::{self, ReadFileError};
 use bnkf::blob::Blob;
 use serde::{Deserialize, Serialize};
 use std::io::Write as _;
@@ -37,6 +38,9 @@ pub struct Args {
     /// Writes inputs and what the passes say to this file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// Reads them from such a file instead of running any passes
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["scenario", "inputs", "passes", "seed", "json"])]
+    references: Option<PathBuf>,
 }
 
 /// Why nothing was compared, or what was found.
@@ -54,6 +58,31 @@ pub enum MomentsError {
     /// The file cannot be written.
     #[error(transparent)]
     Write(#[from] AtomicWriteError),
+    /// The references cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadFileError),
+    /// They are none.
+    #[error("{}: not references of this version: {cause}", path.display())]
+    Form {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        #[source]
+        cause: serde_json::Error,
+    },
+    /// They belong to another blob.
+    #[error("{}: belongs to the blob {found:08x}, not {blob:08x}", path.display())]
+    OtherBlob {
+        /// The file.
+        path: PathBuf,
+        /// Checksum in the file.
+        found: u32,
+        /// Checksum of the blob.
+        blob: u32,
+    },
+    /// They are of other networks, or none.
+    #[error("{}: the references are not of its networks", .0.display())]
+    Shape(PathBuf),
     /// The moments are too far from those of the passes.
     #[error("{}: the moments are further than {:.0} % (median) or {:.0} % (95th percentile) of the covariance, or {MEAN_MEDIAN_MAX} sigma of the mean (median), from those of the passes", .0.display(), 100.0 * COVARIANCE_MEDIAN_MAX, 100.0 * COVARIANCE_P95_MAX)]
     Rejected(PathBuf),
@@ -87,33 +116,33 @@ pub fn run(args: &Args) -> Result<(), MomentsError> {
     if let Some(path) = &args.json {
         atomic_file::check(std::slice::from_ref(path))?;
     }
-    let flights = generate(&args.scenario.held_out_flights())?;
-    let levels = levels(
-        &blob,
-        args.scenario,
-        &flights,
-        usize::from(args.inputs),
-        args.seed,
-    );
-    let found = references(&blob, &levels, args.passes, args.seed)?;
+    let found = match &args.references {
+        Some(path) => read(path, &blob)?,
+        None => {
+            let flights = generate(&args.scenario.held_out_flights())?;
+            let count = usize::from(args.inputs);
+            let levels = levels(&blob, args.scenario, &flights, count, args.seed);
+            references(&blob, &levels, args.passes, args.seed)?
+        }
+    };
     let mut text = format!(
         "{:<8}{:<14}{:>7}{:>26}{:>28}\n",
         "network", "noise", "inputs", "covariance med/p95/max", "mean, sigma: med/p95/max"
     );
     let mut accepted = true;
     for references in &found {
-        if let Some(errors) = Errors::of(&blob, references) {
-            accepted &= errors.accepted();
-            let [c, m] = [errors.covariance, errors.mean];
-            text += &format!(
-                "{:<8}{:<14}{:>7}{:>26}{:>28}\n",
-                references.network,
-                references.level,
-                errors.count,
-                format!("{:.4} {:.4} {:.4}", c[0], c[1], c[2]),
-                format!("{:.4} {:.4} {:.4}", m[0], m[1], m[2]),
-            );
-        }
+        let errors = Errors::of(&blob, references);
+        let errors = errors.ok_or_else(|| MomentsError::Shape(args.model.clone()))?;
+        accepted &= errors.accepted();
+        let [c, m] = [errors.covariance, errors.mean];
+        text += &format!(
+            "{:<8}{:<14}{:>7}{:>26}{:>28}\n",
+            references.network,
+            references.level,
+            errors.count,
+            format!("{:.4} {:.4} {:.4}", c[0], c[1], c[2]),
+            format!("{:.4} {:.4} {:.4}", m[0], m[1], m[2]),
+        );
     }
     std::io::stdout().write_all(text.as_bytes())?;
     if let Some(path) = &args.json {
@@ -128,5 +157,25 @@ pub fn run(args: &Args) -> Result<(), MomentsError> {
         Ok(())
     } else {
         Err(MomentsError::Rejected(args.model.clone()))
+    }
+}
+
+/// Longest file of references, bytes: a thousand inputs of a recursive network.
+const REFERENCES_BYTES_MAX: u64 = 1 << 24;
+
+fn read(path: &PathBuf, blob: &Blob<'_>) -> Result<Vec<References>, MomentsError> {
+    let bytes = regular_file::read(path, REFERENCES_BYTES_MAX)?;
+    let file: File = serde_json::from_slice(&bytes).map_err(|cause| MomentsError::Form {
+        path: path.clone(),
+        cause,
+    })?;
+    if file.blob_crc == blob.checksum() {
+        Ok(file.references)
+    } else {
+        Err(MomentsError::OtherBlob {
+            path: path.clone(),
+            found: file.blob_crc,
+            blob: blob.checksum(),
+        })
     }
 }

@@ -77,11 +77,21 @@ pub fn references(
 }
 
 impl Errors {
-    /// Of the firmware's moments; `None` if `blob` has no such network or there are no cases.
+    /// Of the firmware's moments; `None` if there are no cases, or they are not of a network of `blob`.
     #[must_use]
     pub fn of(blob: &Blob<'_>, references: &References) -> Option<Self> {
         let view = blob.networks().nth(references.network)?;
         let judged = judged(blob, view);
+        let (inputs, outputs) = (Network::new(view).inputs(), judged.len());
+        let fits = |(x, found): &(Vec<f32>, MeanAndCovariance)| {
+            let rows = &found.covariance;
+            x.len() == inputs
+                && (found.mean.len(), rows.len()) == (outputs, outputs)
+                && rows.iter().all(|row| row.len() == outputs)
+        };
+        if !references.cases.iter().all(fits) {
+            return None;
+        }
         let apart = references.cases.iter().map(|(inputs, reference)| {
             let got = firmware(view, inputs, &judged);
             distance(&got, reference)
