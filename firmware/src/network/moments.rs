@@ -23,19 +23,21 @@ pub fn outputs<const N: usize>(
     scratch: &mut Scratch,
 ) -> [[f32; N]; N] {
     let (kept, _) = scratch.numbers.as_chunks_mut();
-    let noise = forward(&network.view, inputs, outputs, first, kept);
+    let mut noise = [0.0; N];
+    forward(&network.view, inputs, outputs, first, &mut noise, kept);
     backward(&network.view, noise, first, kept)
 }
 
-/// Goes from the inputs to the outputs; returns the noise of the last layer at the `N` outputs.
+/// Goes from the inputs to the outputs; `noise` is that of the last layer from output `first` on.
 #[inline(never)]
-fn forward<const N: usize>(
+fn forward(
     view: &NetworkView<'_>,
     inputs: &[f32],
     outputs: &mut [f32],
     first: usize,
+    noise: &mut [f32],
     kept: &mut [[f32; WIDTH_MAX]],
-) -> [f32; N] {
+) {
     let (mut vector, mut second) = (Vector::new(), Second::new());
     let mut mean = [0.0; WIDTH_MAX];
     let mut variance = [0.0; WIDTH_MAX];
@@ -70,14 +72,19 @@ fn forward<const N: usize>(
         }
     }
     let layer = view.layer(last);
-    let mut noise = [0.0; N];
-    let sums = noises(&layer, first, N, &mean, &mut variance, &mut second);
-    for (slot, noise) in noise.iter_mut().zip(sums) {
-        *slot = noise;
+    let sums = noises(
+        &layer,
+        first,
+        noise.len(),
+        &mean,
+        &mut variance,
+        &mut second,
+    );
+    for (slot, sum) in noise.iter_mut().zip(sums) {
+        *slot = sum;
     }
     vector.pack(&mean[..layer.inputs]);
     layer::means(&layer, &mut vector, outputs);
-    noise
 }
 
 /// Variances of `count` pre-activations from `first` on that are due to this layer's weights and biases.
