@@ -1,7 +1,8 @@
 //! Bayesian neural Kalman tracking for radar nodes: `no_std`, no allocation, static memory.
 //!
-//! A [`Tracker`] reads a [`blob::Blob`] of quantised weight means and variances, draws Monte Carlo
-//! passes of the Bayesian network, and corrects their mean and covariance with the measurement.
+//! A [`Tracker`] reads a [`blob::Blob`] of quantised weight means and variances, takes mean and covariance
+//! of the Bayesian network's answer as its [`Inference`] says (mean weights, Monte Carlo passes, or moments
+//! without passes), and corrects them with the measurement.
 //! The same code runs on the microcontroller and on the host, and gives the same bits.
 //!
 //! Frame and units at every public boundary: x east, y north, z up, the radar at the origin unless a

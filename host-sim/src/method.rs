@@ -41,7 +41,7 @@ pub enum Method {
     #[value(name = "recursive")]
     Recursive,
     /// The same with the network's moments instead of mean weights.
-    #[serde(rename = "recursive moments")]
+    #[serde(rename = "rec. moments")]
     #[value(name = "recursive-moments")]
     RecursiveMoments,
     /// The recursive filter after going on training on the flights that a fold does not test.
@@ -157,7 +157,7 @@ impl Method {
             Self::BnkfMoments => "BNKF moments",
             Self::BnkfeMoments => "BNKFe moments",
             Self::Recursive => "recursive",
-            Self::RecursiveMoments => "recursive moments",
+            Self::RecursiveMoments => "rec. moments",
             Self::RecursiveTuned => "recursive tuned",
             Self::EkfTuned => "EKF tuned",
             Self::UkfTuned => "UKF tuned",

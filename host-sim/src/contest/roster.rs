@@ -291,7 +291,8 @@ mod tests {
     use bnkf_model_export::radar::gaps::SamplingRate;
     use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 
-    use super::{BlobKind, Roster, RosterError, Supplies};
+    use super::{BlobKind, Inference, Recipe, Roster, RosterError, Supplies};
+    use crate::contest::default_models;
     use crate::method::Method;
     use crate::scenario::radar::Condition;
 
@@ -308,6 +309,16 @@ mod tests {
         );
         let error = Roster::new(&[Method::Imm5], Supplies::default()).unwrap_err();
         assert_eq!(error, RosterError::NoTuning(Method::Imm5));
+        let models = default_models::load().unwrap();
+        let with = |passes| Supplies {
+            models: &models,
+            passes: Some(passes),
+            ..Supplies::default()
+        };
+        let error = Roster::new(&[Method::Bnkf], with(0)).unwrap_err();
+        let cause = Inference::of_passes(0).unwrap_err();
+        let method = Method::Bnkf;
+        assert_eq!(error, RosterError::Passes { method, cause });
         let roster = Roster::new(&[Method::Ukf, Method::Ekf], Supplies::default()).unwrap();
         assert_eq!(
             roster.methods().collect::<Vec<_>>(),
@@ -319,5 +330,27 @@ mod tests {
             rate: SamplingRate::FULL,
         };
         assert_eq!(roster.filters(condition, 1).len(), 2);
+    }
+
+    /// Whatever the number of passes.
+    #[test]
+    fn methods_with_moments_take_moments() {
+        let models = default_models::load().unwrap();
+        for passes in [None, Some(7)] {
+            let supplies = Supplies {
+                models: &models,
+                passes,
+                ..Supplies::default()
+            };
+            let methods = [Method::Bnkf, Method::BnkfMoments, Method::RecursiveMoments];
+            let roster = Roster::new(&methods, supplies).unwrap();
+            let inferences = roster.entries.iter().map(|(_, recipe)| match recipe {
+                Recipe::Tracker(_, settings) => settings.inference,
+                other => panic!("{other:?}"),
+            });
+            let own = Inference::of_passes(passes.unwrap_or(100)).unwrap();
+            let expected = [own, Inference::Moments, Inference::Moments];
+            assert_eq!(inferences.collect::<Vec<_>>(), expected);
+        }
     }
 }

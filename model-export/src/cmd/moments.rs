@@ -13,7 +13,10 @@ use crate::regular_file::{self, ReadFileError};
 use bnkf::blob::Blob;
 use serde::{Deserialize, Serialize};
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+/// Longest file of references, bytes: a thousand inputs of a recursive network.
+const REFERENCES_BYTES_MAX: u64 = 1 << 24;
 
 /// Compares the firmware's moments without passes with those of very many passes.
 ///
@@ -160,20 +163,17 @@ pub fn run(args: &Args) -> Result<(), MomentsError> {
     }
 }
 
-/// Longest file of references, bytes: a thousand inputs of a recursive network.
-const REFERENCES_BYTES_MAX: u64 = 1 << 24;
-
-fn read(path: &PathBuf, blob: &Blob<'_>) -> Result<Vec<References>, MomentsError> {
+fn read(path: &Path, blob: &Blob<'_>) -> Result<Vec<References>, MomentsError> {
     let bytes = regular_file::read(path, REFERENCES_BYTES_MAX)?;
     let file: File = serde_json::from_slice(&bytes).map_err(|cause| MomentsError::Form {
-        path: path.clone(),
+        path: path.to_path_buf(),
         cause,
     })?;
     if file.blob_crc == blob.checksum() {
         Ok(file.references)
     } else {
         Err(MomentsError::OtherBlob {
-            path: path.clone(),
+            path: path.to_path_buf(),
             found: file.blob_crc,
             blob: blob.checksum(),
         })
