@@ -9,6 +9,8 @@ pub enum Inference {
     Mean,
     /// Monte Carlo passes: the mean and the spread of the answers of drawn weights.
     Passes(Passes),
+    /// Mean and covariance of the answers without drawing: each layer's noise to first order.
+    Moments,
 }
 
 /// Monte Carlo passes per estimate and network, 2 to [`field::PASSES_MAX`]: one alone has no spread.
@@ -56,6 +58,7 @@ impl core::fmt::Display for Inference {
         match self {
             Self::Mean => f.write_str("mean weights"),
             Self::Passes(passes) => write!(f, "{} passes", passes.count()),
+            Self::Moments => f.write_str("moments"),
         }
     }
 }
@@ -98,6 +101,8 @@ mod tests {
         for few in [0, 1] {
             assert_eq!(of(100).at_most(few), Inference::Mean);
         }
-        assert_eq!(Inference::Mean.at_most(4), Inference::Mean);
+        for other in [Inference::Mean, Inference::Moments] {
+            assert_eq!(other.at_most(1), other);
+        }
     }
 }

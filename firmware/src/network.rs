@@ -1,20 +1,22 @@
 //! Layers over a blob plus a caller-owned scratch: one forward pass, or four Monte Carlo passes.
 
+mod gelu_moments;
 pub mod layer;
+pub mod moments;
 pub mod monte_carlo;
 
 use crate::blob::NetworkView;
-use crate::blob::field::WIDTH_MAX;
+use crate::blob::field::{LAYERS_MAX, WIDTH_MAX};
 use crate::gaussian::standard_normals;
 use crate::kernel::activation::{gelu, gelu_in_place, gelus};
-use crate::kernel::{Packed, Vector, sqrt, square_roots};
+use crate::kernel::{Adjoint, Packed, Second, Vector, sqrt, square_roots};
 
 use rand_core::Rng;
 
 /// Monte Carlo passes that run together and share each unpacked weight.
 pub const LANES: usize = 4;
 
-/// Working memory of a network, 3 KB; contents are meaningless between calls.
+/// Working memory of a network, 7 KB; contents are meaningless between calls.
 #[derive(Debug)]
 pub struct Scratch {
     packed: Packed<LANES>,
@@ -23,6 +25,11 @@ pub struct Scratch {
     first: [(f32, f32); WIDTH_MAX],
     /// For a pass with every weight at its mean.
     vector: Vector,
+    /// For moments.
+    second: Second,
+    adjoint: Adjoint,
+    /// What [`moments::outputs`] keeps of every hidden layer.
+    hidden: [[f32; WIDTH_MAX]; LAYERS_MAX - 1],
 }
 
 impl Scratch {
@@ -33,6 +40,9 @@ impl Scratch {
             activations: [[0.0; LANES]; WIDTH_MAX],
             first: [(0.0, 0.0); WIDTH_MAX],
             vector: Vector::new(),
+            second: Second::new(),
+            adjoint: Adjoint::new(),
+            hidden: [[0.0; WIDTH_MAX]; LAYERS_MAX - 1],
         }
     }
 }
@@ -316,7 +326,8 @@ mod tests {
 
     #[test]
     fn scratch_holds_four_passes_of_the_widest_layer() {
-        let own = size_of::<Packed<LANES>>() + size_of::<Vector>();
-        assert_eq!(size_of::<Scratch>(), own + 64 * 4 * 4 + 64 * 8);
+        let kernels = size_of::<Vector>() + size_of::<Second>() + size_of::<Adjoint>();
+        let own = size_of::<Packed<LANES>>() + kernels;
+        assert_eq!(size_of::<Scratch>(), own + 64 * 4 * 4 + 64 * 8 + 7 * 64 * 4);
     }
 }

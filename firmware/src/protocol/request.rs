@@ -79,6 +79,8 @@ pub enum InferenceCode {
     Mean,
     /// Monte Carlo passes; [`Inference::of_passes`] says which numbers are taken.
     Passes(u16),
+    /// Moments without drawing.
+    Moments,
 }
 
 impl From<Inference> for InferenceCode {
@@ -86,6 +88,7 @@ impl From<Inference> for InferenceCode {
         match inference {
             Inference::Mean => Self::Mean,
             Inference::Passes(passes) => Self::Passes(passes.count()),
+            Inference::Moments => Self::Moments,
         }
     }
 }
@@ -97,6 +100,7 @@ impl TryFrom<InferenceCode> for Inference {
         match code {
             InferenceCode::Mean => Ok(Self::Mean),
             InferenceCode::Passes(passes) => Self::of_passes(passes),
+            InferenceCode::Moments => Ok(Self::Moments),
         }
     }
 }
@@ -224,7 +228,8 @@ mod tests {
     #[test]
     fn settings_survive_the_wire() {
         for correction in [Correction::None, Correction::Converted, Correction::Polar] {
-            for inference in [Inference::Mean, Inference::of_passes(77).unwrap()] {
+            let passes = Inference::of_passes(77).unwrap();
+            for inference in [Inference::Mean, passes, Inference::Moments] {
                 let settings = Settings {
                     correction,
                     inference,

@@ -26,6 +26,8 @@ pub const TRACK_SNAPSHOT_BYTES: usize = 1_024;
 const MAGIC: [u8; 4] = *b"BNKT";
 /// The only version of the layout that this code reads and writes.
 const VERSION: u16 = 1;
+/// Stands for moments, which are had without passes.
+const NO_PASSES: u16 = 0;
 const CRC32: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const CRC_BYTES: usize = 4;
 
@@ -225,10 +227,12 @@ impl<'b> Line<'b> {
         let mut passes = match settings.inference {
             Inference::Mean => 1,
             Inference::Passes(passes) => passes.count(),
+            Inference::Moments => NO_PASSES,
         };
         self.u16(&mut passes);
         match Inference::of_passes(passes) {
             Ok(inference) => settings.inference = inference,
+            Err(_) if passes == NO_PASSES => settings.inference = Inference::Moments,
             Err(_) => self.sound = false,
         }
         self.u64(&mut settings.seed);

@@ -68,6 +68,9 @@ pub struct Args {
     /// Monte Carlo passes per estimate (default: the model's own number)
     #[arg(long, value_name = "N")]
     pub passes: Option<u16>,
+    /// Mean and covariance of the network's answers without passes
+    #[arg(long, conflicts_with = "passes")]
+    pub moments: bool,
     /// Seed of the flight, the radar's noise and the Monte Carlo passes
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
@@ -199,7 +202,12 @@ pub fn run(args: &Args) -> Result<(), ImageError> {
     let model = model(args.model.as_deref())?;
     let blob = model.blob();
     let own = Settings::of(&blob);
-    let inference = args.passes.map(Inference::of_passes).transpose()?;
+    let passes = args.passes.map(Inference::of_passes).transpose()?;
+    let inference = if args.moments {
+        Some(Inference::Moments)
+    } else {
+        passes
+    };
     let settings = Settings {
         correction: args.correction.map_or(own.correction, Correction::from),
         inference: inference.unwrap_or(own.inference),
@@ -226,7 +234,7 @@ pub fn run(args: &Args) -> Result<(), ImageError> {
         }
     };
     let passes = match settings.inference {
-        Inference::Mean => 1,
+        Inference::Mean | Inference::Moments => 1,
         Inference::Passes(passes) => passes.count(),
     };
     let answer_time_max = ANSWER_TIME_BASE + ANSWER_TIME_PER_PASS * u32::from(passes);

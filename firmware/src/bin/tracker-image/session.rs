@@ -117,6 +117,7 @@ impl Session {
                     InferenceCode::Passes(passes) => {
                         defmt::info!("new track: {=u16} passes", passes);
                     }
+                    InferenceCode::Moments => defmt::info!("new track: moments"),
                 }
                 Reply::Started
             }

@@ -134,6 +134,20 @@ fn a_candidate_is_written() {
     assert!(belief.candidate.is_some());
 }
 
+/// Every way to ask the networks is written down.
+#[test]
+fn inferences_come_back() {
+    let blob = Draft::recursive(3).bytes();
+    let model = Model::new(&blob).expect("a blob");
+    let mut track = track(&model, 8);
+    let passes = Inference::of_passes(300).expect("in range");
+    for inference in [Inference::Mean, passes, Inference::Moments] {
+        track.settings.inference = inference;
+        let read = Track::from_bytes(&written(&track)).expect("a track");
+        assert_eq!(read.settings().inference, inference);
+    }
+}
+
 #[test]
 fn each_reason_to_refuse_has_its_name() {
     let blob = Draft::recursive(3).bytes();
