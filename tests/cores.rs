@@ -14,7 +14,11 @@ use bnkf_host_sim::image::toolchain::{TARGET, Toolchain, ToolchainChoice};
 /// A target, and a machine of QEMU that runs its instructions: the only Cortex-M0 there has 16 KiB, too little
 /// for this program, so a Cortex-M3 runs what was built for one.
 const CORES: [(&str, &str, &[&str]); 6] = [
-    ("thumbv6m-none-eabi", "qemu-system-arm", &["-M", "mps2-an385"]),
+    (
+        "thumbv6m-none-eabi",
+        "qemu-system-arm",
+        &["-M", "mps2-an385"],
+    ),
     (
         "thumbv7m-none-eabi",
         "qemu-system-arm",

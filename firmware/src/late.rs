@@ -40,7 +40,7 @@ pub struct LateTracker<'a> {
 }
 
 /// Static memory, part of the contract as [`TRACKER_BYTES_MAX`](crate::TRACKER_BYTES_MAX) is.
-pub const LATE_TRACKER_BYTES_MAX: usize = 10_240;
+pub const LATE_TRACKER_BYTES_MAX: usize = 12_032;
 const _: () = assert!(size_of::<LateTracker<'static>>() <= LATE_TRACKER_BYTES_MAX);
 
 impl<'a> LateTracker<'a> {

@@ -67,6 +67,7 @@ pub use late::LateTracker;
 pub use likelihood::Likelihood;
 pub use measurement::{Channel, Measurement, MeasurementError, Sensed};
 pub use mounting::{Direction, Mounting};
+pub use network::monte_carlo::Spread;
 pub use sensor::{Sensor, SensorError};
 pub use settings::{Correction, Settings, TrackerError};
 pub use step_error::StepError;

@@ -4,7 +4,7 @@ pub mod layer;
 pub mod monte_carlo;
 
 use crate::blob::NetworkView;
-use crate::blob::field::WIDTH_MAX;
+use crate::blob::field::{LAYERS_MAX, WIDTH_MAX};
 use crate::gaussian::standard_normals;
 use crate::kernel::activation::{gelu, gelu_in_place, gelus};
 use crate::kernel::{Packed, Vector, sqrt, square_roots};
@@ -14,12 +14,15 @@ use rand_core::Rng;
 /// Monte Carlo passes that run together and share each unpacked weight.
 pub const LANES: usize = 4;
 
-/// Working memory of a network, about 4 KiB; contents are meaningless between calls.
+/// Working memory of a network, about 4.5 KiB; contents are meaningless between calls.
 pub struct Scratch {
     packed: Packed<LANES>,
     activations: [[f32; LANES]; WIDTH_MAX],
     /// Mean and standard deviation of the first layer's pre-activations: the same in every pass.
     first: [(f32, f32); WIDTH_MAX],
+    /// Of the layers after it: variances of the pre-activations, summed over the passes that drew with their
+    /// own since the network was prepared, or frozen standard deviations.
+    spread: [[f32; WIDTH_MAX]; LAYERS_MAX - 1],
 }
 
 impl Scratch {
@@ -29,6 +32,7 @@ impl Scratch {
             packed: Packed::new(),
             activations: [[0.0; LANES]; WIDTH_MAX],
             first: [(0.0, 0.0); WIDTH_MAX],
+            spread: [[0.0; WIDTH_MAX]; LAYERS_MAX - 1],
         }
     }
 }
@@ -97,6 +101,9 @@ impl<'a> Network<'a> {
         layer::moments(&first, &packed, slots, |slot, [mean], [variance]| {
             *slot = (mean, sqrt(variance));
         });
+        for spread in scratch.spread.as_flattened_mut() {
+            *spread = 0.0;
+        }
     }
 
     /// [`LANES`] Monte Carlo passes for the inputs last given to [`Network::prepare`], by local
@@ -111,17 +118,16 @@ impl<'a> Network<'a> {
             packed,
             activations,
             first,
+            spread,
         } = scratch;
-        let last = self.view.layers().saturating_sub(1);
-        let outputs = self.view.layer(0).outputs;
-        for (slot, &(mean, sigma)) in activations.iter_mut().zip(first.iter()).take(outputs) {
-            let drawn = standard_normals(rng).map(|normal| mean + sigma * normal);
-            *slot = if last > 0 { gelus(drawn) } else { drawn };
-        }
-        for index in 1..=last {
+        let last = self.first_layer(activations, first, rng);
+        for (index, spread) in (1..=last).zip(spread) {
             let layer = self.view.layer(index);
             packed.pack(&activations[..layer.inputs.min(WIDTH_MAX)]);
-            layer::moments(&layer, packed, activations, |slot, mean, variance| {
+            let slots = activations.iter_mut().zip(spread);
+            layer::moments(&layer, packed, slots, |(slot, sum), mean, variance| {
+                let [a, b, c, d] = variance;
+                *sum += (a + b) + (c + d);
                 let sigma = square_roots(variance);
                 let normals: [f32; LANES] = standard_normals(rng);
                 let drawn = core::array::from_fn(|lane| mean[lane] + sigma[lane] * normals[lane]);
@@ -129,6 +135,61 @@ impl<'a> Network<'a> {
             });
         }
         activations
+    }
+
+    /// Freezes the standard deviations of the pre-activations at those over the passes, `blocks` times
+    /// [`LANES`], that [`Network::sampled_passes`] has run since [`Network::prepare`].
+    pub fn freeze(&self, blocks: u16, scratch: &mut Scratch) {
+        let per_pass = 1.0 / (LANES as f32 * f32::from(blocks));
+        for spread in scratch.spread.iter_mut().take(self.view.layers()) {
+            for spread in spread {
+                *spread = sqrt(*spread * per_pass);
+            }
+        }
+    }
+
+    /// As [`Network::sampled_passes`], with the standard deviations that [`Network::freeze`] left: half the
+    /// work.
+    pub fn frozen_passes<'s>(
+        &self,
+        scratch: &'s mut Scratch,
+        rng: &mut impl Rng,
+    ) -> &'s [[f32; LANES]; WIDTH_MAX] {
+        let Scratch {
+            packed,
+            activations,
+            first,
+            spread,
+        } = scratch;
+        let last = self.first_layer(activations, first, rng);
+        for (index, sigmas) in (1..=last).zip(spread) {
+            let layer = self.view.layer(index);
+            packed.pack_values(&activations[..layer.inputs.min(WIDTH_MAX)]);
+            let slots = activations.iter_mut().zip(sigmas);
+            layer::pass_means(&layer, packed, slots, |(slot, sigma), mean| {
+                let normals: [f32; LANES] = standard_normals(rng);
+                let drawn = core::array::from_fn(|lane| mean[lane] + *sigma * normals[lane]);
+                *slot = if index < last { gelus(drawn) } else { drawn };
+            });
+        }
+        activations
+    }
+
+    /// Draws what follows the first layer; the index of the last.
+    #[inline]
+    fn first_layer(
+        &self,
+        activations: &mut [[f32; LANES]; WIDTH_MAX],
+        first: &[(f32, f32); WIDTH_MAX],
+        rng: &mut impl Rng,
+    ) -> usize {
+        let last = self.view.layers().saturating_sub(1);
+        let outputs = self.view.layer(0).outputs;
+        for (slot, &(mean, sigma)) in activations.iter_mut().zip(first).take(outputs) {
+            let drawn = standard_normals(rng).map(|normal| mean + sigma * normal);
+            *slot = if last > 0 { gelus(drawn) } else { drawn };
+        }
+        last
     }
 
     /// One pass with every weight drawn, for verification: slow, f32 throughout.
@@ -290,6 +351,9 @@ mod tests {
     #[test]
     fn scratch_holds_four_passes_of_the_widest_layer() {
         let packed = size_of::<Packed<LANES>>();
-        assert_eq!(size_of::<Scratch>(), packed + 64 * 4 * 4 + 64 * 8);
+        assert_eq!(
+            size_of::<Scratch>(),
+            packed + 64 * 4 * 4 + 64 * 8 + 7 * 64 * 4
+        );
     }
 }

@@ -18,4 +18,4 @@ pub use reply::{BudgetFrame, EstimateFrame, ModeCode, Ready, RefusalCode, Reply}
 pub use request::{CorrectionCode, MeasurementFrame, Request, Reset, SensedFrame, SensorFrame};
 
 /// Raised when any frame changes; [`Ready`] reports it and the host refuses another.
-pub const VERSION: u8 = 4;
+pub const VERSION: u8 = 5;

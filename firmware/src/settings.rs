@@ -1,6 +1,7 @@
 //! Choices of a tracker.
 
 use crate::blob::{Blob, Kind, field};
+use crate::network::monte_carlo::Spread;
 
 /// What the network's estimate is corrected with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,6 +23,8 @@ pub struct Settings {
     /// Monte Carlo passes per estimate and network, 1 to [`field::PASSES_MAX`]. For a recursive
     /// blob one pass means every weight at its mean.
     pub passes: u16,
+    /// Whose standard deviations the passes are drawn with: [`Spread::Frozen`] halves their cost.
+    pub spread: Spread,
     /// Seed of the passes' generator.
     pub seed: u64,
 }
@@ -46,6 +49,7 @@ impl Settings {
         Self {
             correction,
             passes: blob.passes(),
+            spread: Spread::Own,
             seed: 1,
         }
     }

@@ -57,7 +57,7 @@ impl Snapshot {
 }
 
 /// Static memory of the tracker is part of its contract: what a caller must set aside.
-pub const TRACKER_BYTES_MAX: usize = 4_352;
+pub const TRACKER_BYTES_MAX: usize = 6_144;
 const _: () = assert!(size_of::<Tracker<'static>>() <= TRACKER_BYTES_MAX);
 
 impl<'a> Tracker<'a> {

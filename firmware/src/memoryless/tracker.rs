@@ -225,7 +225,10 @@ impl<'a> Memoryless<'a> {
         let mut inputs = features(layout, previous, current, age_s);
         normalise(layout, self.blob.input_normalisation(), &mut inputs);
         let inputs = &inputs[..layout.len().min(FEATURES_MAX)];
-        let (passes, sampling) = (self.settings.passes, Sampling::Activations);
+        let (passes, sampling) = (
+            self.settings.passes,
+            Sampling::Activations(self.settings.spread),
+        );
         let mut mean = Vector3::zeros();
         let mut covariance = Matrix3::zeros();
         for (axis, view) in self.blob.networks().enumerate() {

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::protocol::HORIZONS;
-use crate::{Correction, Measurement, Sensed, Sensor, Settings};
+use crate::{Correction, Measurement, Sensed, Sensor, Settings, Spread};
 
 /// Host to image. The image answers each request with one [`Reply`](crate::protocol::Reply).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -38,6 +38,8 @@ pub struct Reset {
     pub seed: u64,
     /// Monte Carlo passes a step.
     pub passes: u16,
+    /// Whether all but the first passes are drawn with those passes' standard deviations.
+    pub frozen: bool,
     /// Which correction follows the network.
     pub correction: CorrectionCode,
 }
@@ -51,6 +53,11 @@ impl From<Reset> for Settings {
                 CorrectionCode::Polar => Correction::Polar,
             },
             passes: reset.passes,
+            spread: if reset.frozen {
+                Spread::Frozen
+            } else {
+                Spread::Own
+            },
             seed: reset.seed,
         }
     }
@@ -61,6 +68,7 @@ impl From<Settings> for Reset {
         Self {
             seed: settings.seed,
             passes: settings.passes,
+            frozen: settings.spread == Spread::Frozen,
             correction: match settings.correction {
                 Correction::None => CorrectionCode::None,
                 Correction::Converted => CorrectionCode::Converted,
@@ -192,9 +200,15 @@ mod tests {
 
     #[test]
     fn settings_survive_the_wire() {
-        for correction in [Correction::None, Correction::Converted, Correction::Polar] {
+        let kinds = [
+            (Correction::None, Spread::Own),
+            (Correction::Converted, Spread::Frozen),
+            (Correction::Polar, Spread::Own),
+        ];
+        for (correction, spread) in kinds {
             let settings = Settings {
                 correction,
+                spread,
                 passes: 77,
                 seed: u64::MAX - 1,
             };

@@ -519,6 +519,7 @@ impl<'a> Recursive<'a> {
                     &network,
                     inputs,
                     self.settings.passes,
+                    self.settings.spread,
                     &mut self.rng,
                     &mut self.scratch,
                 );

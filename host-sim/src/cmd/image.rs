@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use bnkf::blob::Kind;
-use bnkf::{Correction, Settings, Tracker};
+use bnkf::{Correction, Settings, Spread, Tracker};
 use bnkf_model_export::flights::csv::options::ReadOptions;
 use bnkf_model_export::flights::csv::{FlightFileError, read_flight_csv};
 use bnkf_model_export::flights::flight::Flight;
@@ -68,6 +68,9 @@ pub struct Args {
     /// Monte Carlo passes per estimate (default: the model's own number)
     #[arg(long, value_name = "N")]
     pub passes: Option<u16>,
+    /// Draws all but the first eighth of the passes with the standard deviations of those: half the work
+    #[arg(long)]
+    pub frozen: bool,
     /// Seed of the flight, the radar's noise and the Monte Carlo passes
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
@@ -199,6 +202,11 @@ pub fn run(args: &Args) -> Result<(), ImageError> {
     let settings = Settings {
         correction: args.correction.map_or(own.correction, Correction::from),
         passes: args.passes.unwrap_or(own.passes),
+        spread: if args.frozen {
+            Spread::Frozen
+        } else {
+            Spread::Own
+        },
         seed: args.seed,
     };
     // The settings are checked before anything slow is started.

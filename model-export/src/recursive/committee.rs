@@ -7,7 +7,7 @@ use super::normalisation::Normalisation;
 use super::step::{Weighing, advance, features_of};
 use crate::scoring::step_score::StepScore;
 use bnkf::blob::Blob;
-use bnkf::network::monte_carlo::separate_moments;
+use bnkf::network::monte_carlo::{Spread, separate_moments};
 use bnkf::network::{Network, Scratch};
 use bnkf::recursive::parameters::Parameters;
 use bnkf::recursive::population::{Base, Population};
@@ -142,6 +142,7 @@ impl Sampler {
                 network,
                 inputs,
                 self.passes,
+                Spread::Own,
                 &mut self.rng,
                 &mut self.scratch,
             );

@@ -94,6 +94,7 @@ impl Cell {
             correction: Correction::Polar,
             passes,
             seed,
+            ..Settings::of(&blob)
         };
         Tracker::new(blob, settings(0))?;
         let parts: Vec<Part> = self

@@ -1,6 +1,7 @@
 use super::*;
 use crate::blob::draft::Draft;
 use crate::measurement::Sensed;
+use crate::network::monte_carlo::Spread;
 
 fn measurement(time_us: u64, away: f32) -> Measurement {
     let sensed = |value, sigma| Some(Sensed { value, sigma });
@@ -28,6 +29,7 @@ fn settings(correction: Correction) -> Settings {
     Settings {
         correction,
         passes: 20,
+        spread: Spread::Own,
         seed: 7,
     }
 }
@@ -53,7 +55,7 @@ fn network_says(
     let (mut mean, mut covariance) = (Vector3::zeros(), Matrix3::zeros());
     let mut scratch = Scratch::new();
     let networks: std::vec::Vec<_> = blob.networks().map(Network::new).collect();
-    let sampling = Sampling::Activations;
+    let sampling = Sampling::Activations(Spread::Own);
     if let [network] = &networks[..] {
         let joint = moments::<3>(network, &inputs, 20, sampling, rng, &mut scratch);
         mean = joint.mean.into();

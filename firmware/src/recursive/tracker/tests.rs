@@ -1,6 +1,7 @@
 use super::*;
 use crate::blob::draft::Draft;
 use crate::measurement::Sensed;
+use crate::network::monte_carlo::Spread;
 use crate::recursive::hypotheses::HYPOTHESES;
 use crate::settings::Correction;
 
@@ -44,6 +45,7 @@ fn settings() -> Settings {
     Settings {
         correction: Correction::Polar,
         passes: 1,
+        spread: Spread::Own,
         seed: 5,
     }
 }
@@ -295,8 +297,14 @@ fn the_network_reads_and_answers_in_its_own_units() {
             network.mean_pass(&inputs, &mut plain);
         } else {
             let scratch = &mut Scratch::new();
-            (plain, variances) =
-                separate_moments(&network, &inputs, passes, &mut seeded(5), scratch);
+            (plain, variances) = separate_moments(
+                &network,
+                &inputs,
+                passes,
+                Spread::Own,
+                &mut seeded(5),
+                scratch,
+            );
         }
         for i in 0..OUTPUTS {
             let [mean, scale] = draft.outputs[i];
