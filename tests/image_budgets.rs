@@ -3,8 +3,8 @@
 
 use std::time::Duration;
 
-use bnkf::Settings;
 use bnkf::blob::{Blob, FeatureLayout, Kind};
+use bnkf::{Settings, Spread};
 use bnkf_host_sim::image::build::build_image;
 use bnkf_host_sim::image::equality::{Spread, compare, record};
 use bnkf_host_sim::image::session::ImageSession;
@@ -41,9 +41,9 @@ fn paper_sized_blob() -> Vec<u8> {
     .unwrap()
 }
 
-/// The image around `bytes` over one flight, with each of `runs`: the passes of the tracker and the
-/// table of limits.
-fn assert_within_budgets(bytes: &[u8], runs: &[(u16, &str)]) {
+/// The image around `bytes` over one flight, with each of `runs`: the passes of the tracker, their spread and
+/// the table of limits.
+fn assert_within_budgets(bytes: &[u8], runs: &[(u16, Spread, &str)]) {
     let image = tempfile::NamedTempFile::new().unwrap();
     let toolchain = Toolchain::find(ToolchainChoice::Auto).unwrap_or_else(|e| panic!("{e}"));
     build_image(&toolchain, bytes, image.path()).unwrap_or_else(|e| panic!("{e}"));
@@ -59,9 +59,10 @@ fn assert_within_budgets(bytes: &[u8], runs: &[(u16, &str)]) {
     let steps = record(&flight, &radar, &Sensors::Origin);
     let blob = Blob::parse(bytes).unwrap();
     let limits: toml::Table = include_str!("image_budgets.toml").parse().unwrap();
-    for &(passes, name) in runs {
+    for &(passes, spread, name) in runs {
         let settings = Settings {
             passes,
+            spread,
             ..Settings::of(&blob)
         };
         let mut session = ImageSession::boot(image.path(), Duration::from_secs(120)).unwrap();
@@ -100,12 +101,22 @@ fn assert_within_budgets(bytes: &[u8], runs: &[(u16, &str)]) {
 
 #[test]
 fn the_papers_network_stays_within_its_budgets() {
-    assert_within_budgets(&paper_sized_blob(), &[(100, "memoryless")]);
+    assert_within_budgets(
+        &paper_sized_blob(),
+        &[
+            (100, Spread::Own, "memoryless"),
+            (100, Spread::Frozen, "memoryless_frozen"),
+        ],
+    );
 }
 
 #[test]
 fn the_recursive_model_stays_within_its_budgets() {
     let model = include_bytes!("../models/recursive.bnkf");
-    let runs = [(1, "recursive"), (16, "recursive_16_passes")];
+    let runs = [
+        (1, Spread::Own, "recursive"),
+        (16, Spread::Own, "recursive_16_passes"),
+        (16, Spread::Frozen, "recursive_16_passes_frozen"),
+    ];
     assert_within_budgets(model, &runs);
 }

@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use bnkf::blob::{self, Blob, field};
 use bnkf::protocol::{RefusalCode, Reply, Request, encode};
-use bnkf::{Correction, Settings};
+use bnkf::{Correction, Settings, Spread};
 use bnkf_host_sim::image::build::build_image;
 use bnkf_host_sim::image::equality::{Comparison, RecordedStep, compare, record};
 use bnkf_host_sim::image::log::LogTable;
@@ -111,9 +111,11 @@ fn every_estimate_of_the_recursive_tracker_is_identical() {
     let bytes = untrained::recursive_blob(42);
     let image = image(&bytes);
     let blob = Blob::parse(&bytes).unwrap();
-    for passes in [1, 16] {
+    let kinds = [(1, Spread::Own), (16, Spread::Own), (16, Spread::Frozen)];
+    for (passes, spread) in kinds {
         let settings = Settings {
             passes,
+            spread,
             ..Settings::of(&blob)
         };
         let comparison = compare(&mut boot(&image), blob, settings, &flight()).unwrap();
