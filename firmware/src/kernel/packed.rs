@@ -66,11 +66,14 @@ impl<const L: usize> Packed<L> {
     /// `rows` are int8 codes, each padded with zeros to the same multiple of four, `stride`.
     #[inline]
     pub fn dot_rows(&mut self, rows: &[u8], stride: usize, mut each: impl FnMut([f32; L])) {
-        let stride = stride.clamp(4, WIDTH_MAX);
-        let words = &self.values[..stride / 2];
+        let stride = stride.max(1);
+        let Some(words) = self.values.get(..stride / 2) else {
+            return;
+        };
         for rows in rows.chunks(WORDS * stride) {
-            let count = (rows.len() / stride).min(WORDS);
-            let sums = &mut self.squares[..count];
+            let Some(sums) = self.squares.get_mut(..rows.len() / stride) else {
+                return;
+            };
             dot_pass_rows(rows, words, sums);
             for sums in sums {
                 each(core::array::from_fn(|lane| {

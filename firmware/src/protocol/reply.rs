@@ -120,7 +120,7 @@ impl MotionFrame {
     fn new(motion: &Motion) -> Self {
         let mut covariance = [[0.0; 9]; 5];
         let rows = motion.covariance.iter().enumerate();
-        let lower = rows.flat_map(|(row, values)| &values[..=row]);
+        let lower = rows.flat_map(|(row, values)| values.iter().take(row + 1));
         for (slot, value) in covariance.as_flattened_mut().iter_mut().zip(lower) {
             *slot = *value;
         }

@@ -126,6 +126,7 @@ pub fn campaign(blob: Blob<'_>, passes: u16, flights: usize, seed: u64) -> Vec<(
                     correction: Correction::Polar,
                     passes,
                     seed: index as u64,
+                    ..Settings::of(&blob)
                 };
                 let trial = trial(hardship, index, seed);
                 // Settings that do not fit refuse every step.
