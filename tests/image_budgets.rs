@@ -3,8 +3,8 @@
 
 use std::time::Duration;
 
+use bnkf::Settings;
 use bnkf::blob::{Blob, FeatureLayout, Kind};
-use bnkf::{Settings, Spread};
 use bnkf_host_sim::image::build::build_image;
 use bnkf_host_sim::image::equality::{Spread, compare, record};
 use bnkf_host_sim::image::session::ImageSession;
@@ -43,7 +43,7 @@ fn paper_sized_blob() -> Vec<u8> {
 
 /// The image around `bytes` over one flight, with each of `runs`: the passes of the tracker, their spread and
 /// the table of limits.
-fn assert_within_budgets(bytes: &[u8], runs: &[(u16, Spread, &str)]) {
+fn assert_within_budgets(bytes: &[u8], runs: &[(u16, bnkf::Spread, &str)]) {
     let image = tempfile::NamedTempFile::new().unwrap();
     let toolchain = Toolchain::find(ToolchainChoice::Auto).unwrap_or_else(|e| panic!("{e}"));
     build_image(&toolchain, bytes, image.path()).unwrap_or_else(|e| panic!("{e}"));
@@ -104,8 +104,8 @@ fn the_papers_network_stays_within_its_budgets() {
     assert_within_budgets(
         &paper_sized_blob(),
         &[
-            (100, Spread::Own, "memoryless"),
-            (100, Spread::Frozen, "memoryless_frozen"),
+            (100, bnkf::Spread::Own, "memoryless"),
+            (100, bnkf::Spread::Frozen, "memoryless_frozen"),
         ],
     );
 }
@@ -114,9 +114,9 @@ fn the_papers_network_stays_within_its_budgets() {
 fn the_recursive_model_stays_within_its_budgets() {
     let model = include_bytes!("../models/recursive.bnkf");
     let runs = [
-        (1, Spread::Own, "recursive"),
-        (16, Spread::Own, "recursive_16_passes"),
-        (16, Spread::Frozen, "recursive_16_passes_frozen"),
+        (1, bnkf::Spread::Own, "recursive"),
+        (16, bnkf::Spread::Own, "recursive_16_passes"),
+        (16, bnkf::Spread::Frozen, "recursive_16_passes_frozen"),
     ];
     assert_within_budgets(model, &runs);
 }
