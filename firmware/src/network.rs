@@ -150,6 +150,7 @@ impl<'a> Network<'a> {
 
     /// As [`Network::sampled_passes`], with the standard deviations that [`Network::freeze`] left: half the
     /// work.
+    #[inline(never)]
     pub fn frozen_passes<'s>(
         &self,
         scratch: &'s mut Scratch,
