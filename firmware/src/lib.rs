@@ -29,8 +29,8 @@
 //! assert_eq!(measurement.check(), Ok(()));
 //! ```
 //!
-//! Nothing panics: `tests/panic_free.rs` links a program that has every operation of a tracker and of the
-//! serial protocol, and whose panic handler does not exist. Integers that count saturate; sums of the
+//! Trackers and the serial protocol do not panic: `tests/panic_free.rs` links a program that has every operation
+//! of theirs, optimised as the image is, and whose panic handler does not exist. Integers that count saturate; sums of the
 //! integer kernels cannot overflow for any blob that was parsed (constant assertions in `kernel`), and offsets
 //! and sizes are bounded by what was parsed; in a release build whatever else there is would wrap.
 //!
