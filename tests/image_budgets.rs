@@ -104,7 +104,11 @@ fn passes(passes: u16) -> Inference {
 
 #[test]
 fn the_papers_network_stays_within_its_budgets() {
-    assert_within_budgets(&paper_sized_blob(), &[(passes(100), "memoryless")]);
+    let runs = [
+        (passes(100), "memoryless"),
+        (passes(100).frozen(), "memoryless_frozen"),
+    ];
+    assert_within_budgets(&paper_sized_blob(), &runs);
 }
 
 #[test]
@@ -113,6 +117,7 @@ fn the_recursive_model_stays_within_its_budgets() {
     let runs = [
         (Inference::Mean, "recursive"),
         (passes(16), "recursive_16_passes"),
+        (passes(16).frozen(), "recursive_16_passes_frozen"),
     ];
     assert_within_budgets(model, &runs);
 }

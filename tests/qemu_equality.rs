@@ -111,9 +111,10 @@ fn every_estimate_of_the_recursive_tracker_is_identical() {
     let bytes = untrained::recursive_blob(42);
     let image = image(&bytes);
     let blob = Blob::parse(&bytes).unwrap();
-    for passes in [1, 16] {
+    let passes = Inference::of_passes(16).unwrap();
+    for inference in [Inference::Mean, passes, passes.frozen()] {
         let settings = Settings {
-            inference: Inference::of_passes(passes).unwrap(),
+            inference,
             ..Settings::of(&blob)
         };
         let comparison = compare(&mut boot(&image), blob, settings, &flight()).unwrap();

@@ -9,6 +9,7 @@ use crate::recursive::hypotheses::HYPOTHESES;
 use crate::recursive::parameters::Parameters;
 use crate::rng::seeded;
 use crate::settings::Correction;
+use crate::spread::Spread;
 
 type Outputs = [f32; OUTPUTS];
 
@@ -349,8 +350,14 @@ fn the_network_reads_and_answers_in_its_own_units() {
             network.mean_pass(&inputs, &mut plain);
         } else {
             let scratch = &mut Scratch::new();
-            (plain, variances) =
-                separate_moments(&network, &inputs, passes, &mut seeded(5), scratch);
+            (plain, variances) = separate_moments(
+                &network,
+                &inputs,
+                passes,
+                Spread::Exact,
+                &mut seeded(5),
+                scratch,
+            );
         }
         for i in 0..OUTPUTS {
             let [mean, scale] = draft.outputs[i];
