@@ -112,7 +112,7 @@ fn every_estimate_of_the_recursive_tracker_is_identical() {
     let image = image(&bytes);
     let blob = Blob::parse(&bytes).unwrap();
     let passes = Inference::of_passes(16).unwrap();
-    for inference in [Inference::Mean, passes, Inference::Moments] {
+    for inference in [Inference::Mean, passes, passes.frozen(), Inference::Moments] {
         let settings = Settings {
             inference,
             ..Settings::of(&blob)

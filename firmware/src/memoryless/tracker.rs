@@ -256,7 +256,7 @@ impl Memoryless<'_, '_> {
                 network,
                 inputs,
                 passes.count(),
-                Sampling::Activations,
+                Sampling::Activations(passes.spread()),
                 self.rng,
                 &mut self.workspace.scratch,
             ),

@@ -50,7 +50,7 @@ fn forward(
         vector,
         second,
         activations,
-        hidden,
+        units: hidden,
         ..
     } = scratch;
     // Of what goes into a layer, then of what comes out.
@@ -159,7 +159,7 @@ fn backward(
     let Scratch {
         adjoint,
         activations,
-        hidden,
+        units: hidden,
         ..
     } = scratch;
     let mut covariance = [[0.0; VECTORS]; VECTORS];
@@ -222,6 +222,7 @@ mod tests {
     use crate::gaussian::standard_normal;
     use crate::network::monte_carlo::{Sampling, moments};
     use crate::rng::seeded;
+    use crate::spread::Spread;
 
     fn input(seed: u64) -> [f32; 12] {
         let mut rng = seeded(seed);
@@ -259,7 +260,7 @@ mod tests {
                 &network,
                 &x,
                 10_000,
-                Sampling::Activations,
+                Sampling::Activations(Spread::Exact),
                 &mut rng,
                 &mut scratch,
             )

@@ -18,7 +18,7 @@ use super::target::Target;
 use crate::clock::seconds_between;
 use crate::ekf::EkfError;
 use crate::estimate::{Doubt, Estimate, Mode, NIS_MAX, Outcome};
-use crate::inference::Inference;
+use crate::inference::{Inference, Passes};
 use crate::likelihood::Likelihood;
 use crate::measurement::{Measurement, Vectors};
 use crate::network::monte_carlo::separate_moments_into;
@@ -518,7 +518,7 @@ impl Recursive<'_, '_> {
                     network.mean_pass_in(&mut self.workspace.scratch, inputs, outputs);
                 }
                 Inference::Passes(passes) => {
-                    jerk_variance = self.draw(&network, passes.count(), inputs, outputs);
+                    jerk_variance = self.draw(&network, passes, inputs, outputs);
                 }
                 Inference::Moments => {
                     let scratch = &mut self.workspace.scratch;
@@ -547,7 +547,7 @@ impl Recursive<'_, '_> {
     fn draw(
         &mut self,
         network: &Network<'_>,
-        passes: u16,
+        passes: Passes,
         inputs: &[f32; FEATURES],
         outputs: &mut [f32; OUTPUTS],
     ) -> [f32; 3] {
@@ -555,7 +555,8 @@ impl Recursive<'_, '_> {
         separate_moments_into(
             network,
             inputs,
-            passes,
+            passes.count(),
+            passes.spread(),
             self.rng,
             &mut self.workspace.scratch,
             (outputs, &mut variances),

@@ -15,6 +15,7 @@ use crate::posterior::gaussian_weights::GaussianWeights;
 use crate::posterior::network_f64::NetworkF64;
 use crate::radar::noise::NoiseLevel;
 use crate::seed;
+use bnkf::Spread;
 use bnkf::blob::{Blob, NetworkView};
 use bnkf::network::monte_carlo::{self, Sampling};
 use bnkf::network::{Network, Scratch, moments};
@@ -26,7 +27,7 @@ pub const SHIFT_MAX: f64 = 0.05;
 /// Largest accepted relative error of the predictive standard deviation.
 pub const SIGMA_ERROR_MAX: f64 = 0.10;
 
-const SAMPLING: Sampling = Sampling::Activations;
+const SAMPLING: Sampling = Sampling::Activations(Spread::Exact);
 
 /// One output of one network for one input.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -143,6 +143,7 @@ impl Sums {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bnkf::Spread;
     use bnkf::blob::Blob;
     use bnkf::network::monte_carlo::{Sampling, moments};
     use bnkf::network::{Network, Scratch};
@@ -167,7 +168,7 @@ mod tests {
             &network,
             &input,
             10_000,
-            Sampling::Activations,
+            Sampling::Activations(Spread::Exact),
             &mut rng,
             &mut scratch,
         );

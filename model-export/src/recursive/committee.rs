@@ -143,6 +143,7 @@ impl Sampler {
                     network,
                     inputs,
                     passes.count(),
+                    passes.spread(),
                     &mut self.rng,
                     &mut self.scratch,
                 );

@@ -4,6 +4,7 @@ use crate::measurement::Sensed;
 use crate::network::Scratch;
 use crate::network::monte_carlo::moments;
 use crate::rng::seeded;
+use crate::spread::Spread;
 
 fn measurement(time_us: u64, away: f32) -> Measurement {
     let sensed = |value, sigma| Some(Sensed { value, sigma });
@@ -97,7 +98,7 @@ fn network_says(
     let (mut mean, mut covariance) = (Vector3::zeros(), Matrix3::zeros());
     let mut scratch = Scratch::new();
     let networks: std::vec::Vec<_> = blob.networks().map(Network::new).collect();
-    let sampling = Sampling::Activations;
+    let sampling = Sampling::Activations(Spread::Exact);
     if let [network] = &networks[..] {
         let joint = moments::<3>(network, &inputs, 20, sampling, rng, &mut scratch);
         mean = joint.mean.into();

@@ -351,8 +351,9 @@ fn the_network_reads_and_answers_in_its_own_units() {
             Inference::Mean => network.mean_pass(&inputs, &mut plain),
             Inference::Passes(passes) => {
                 let rng = &mut seeded(5);
+                let (count, spread) = (passes.count(), passes.spread());
                 (plain, variances) =
-                    separate_moments(&network, &inputs, passes.count(), rng, scratch);
+                    separate_moments(&network, &inputs, count, spread, rng, scratch);
             }
             Inference::Moments => {
                 for output in 4..7 {
