@@ -10,7 +10,7 @@ pub enum Spread {
     /// Those of the first passes: an eighth of all, at least [`LANES`](crate::network::LANES), have
     /// their own, and the others the root of those passes' mean variance, which halves their cost. What
     /// this neglects, that a pass with larger activations spreads more, is small beside the error of a
-    /// hundred passes.
+    /// hundred passes (`docs/kernels.md`).
     Frozen,
 }
 
