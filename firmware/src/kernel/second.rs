@@ -162,7 +162,7 @@ fn alike(row: &[u8], other: &[u8]) -> bool {
         return false;
     };
     // Most that differ do so at once.
-    four_differences(*first, *others) <= 4 && differences(row, other) <= row.len() as u32 / 2 - 1
+    four_differences(*first, *others) <= 4 && differences(row, other) < row.len() as u32 / 2
 }
 
 /// Its two words converted apart: no target has to call for that.

@@ -10,9 +10,13 @@ pub struct GeluMoments {
     pub mean: f32,
     /// The mean of its derivative: the slope of the best line through it.
     pub slope: f32,
-    /// Variance beside that line: second to fourth term of the Hermite series.
+    /// Variance beside that line: second to fourth term of the Hermite series, and a guess at the rest.
     pub beside: f32,
 }
+
+/// What later terms add to the third and the fourth for a very wide Gaussian, as a share: fitted for means of
+/// -3 to 3 and variances up to 2, where it leaves 0.1 % of the variance at most.
+const REST: f32 = 0.3;
 
 impl GeluMoments {
     /// For `z` of this mean and variance. What is not finite gives a mean that is not.
@@ -35,7 +39,9 @@ impl GeluMoments {
         Self {
             mean: mean * cumulated + variance * density,
             slope: cumulated + m * density,
-            beside: variance * variance * (0.5 * second * second + variance * above),
+            beside: variance
+                * variance
+                * (0.5 * second * second + variance * above * (1.0 + REST * v)),
         }
     }
 }
@@ -116,7 +122,7 @@ mod tests {
                 let square = expected(m, v, |z| (exact_gelu(z) - first).powi(2));
                 let all = slope * slope * v + f64::from(got.beside);
                 assert!(
-                    (all - square).abs() < 0.01 * v * (0.05 + v),
+                    (all - square).abs() < 2e-3 * v * (0.05 + v),
                     "{mean} {variance}"
                 );
             }
