@@ -132,6 +132,7 @@ fn the_papers_network_stays_within_its_budgets() {
     let runs = [
         (passes(100), "memoryless"),
         (passes(100).frozen(), "memoryless_frozen"),
+        (Inference::Moments, "memoryless_moments"),
     ];
     assert_within_budgets(&paper_sized_blob(), &runs);
 }
@@ -143,6 +144,7 @@ fn the_recursive_model_stays_within_its_budgets() {
         (Inference::Mean, "recursive"),
         (passes(16), "recursive_16_passes"),
         (passes(16).frozen(), "recursive_16_passes_frozen"),
+        (Inference::Moments, "recursive_moments"),
     ];
     assert_within_budgets(model, &runs);
 }

@@ -19,6 +19,8 @@ pub enum Inference {
     Mean,
     /// Monte Carlo passes: the mean and the spread of the answers of drawn weights.
     Passes(Passes),
+    /// Mean and covariance of the answers without drawing: each layer's noise to first order.
+    Moments,
 }
 
 /// Monte Carlo passes per estimate and network, 2 to [`field::PASSES_MAX`]: one alone has no spread.
@@ -99,6 +101,7 @@ impl core::fmt::Display for Inference {
                     Spread::Frozen => f.write_str(", frozen spreads"),
                 }
             }
+            Self::Moments => f.write_str("moments"),
         }
     }
 }
@@ -143,7 +146,9 @@ mod tests {
         }
         assert_eq!(of(100).frozen().at_most(4), of(4).frozen());
         assert_eq!(of(100).frozen().at_most(1), Inference::Mean);
-        assert_eq!(Inference::Mean.at_most(4), Inference::Mean);
+        for other in [Inference::Mean, Inference::Moments] {
+            assert_eq!(other.at_most(1), other);
+        }
     }
 
     #[test]

@@ -12,16 +12,25 @@
 #![allow(unsafe_code)]
 
 pub mod activation;
+mod adjoint;
+#[cfg(arm_dsp)]
+mod arm_columns;
+#[cfg(arm_dsp)]
+mod arm_second;
 #[cfg_attr(target_arch = "x86_64", path = "kernel/sse2.rs")]
 #[cfg_attr(arm_dsp, path = "kernel/arm.rs")]
 #[cfg(any(target_arch = "x86_64", arm_dsp))]
 mod four_lanes;
 mod packed;
+mod picked;
+mod second;
 mod vector;
 #[cfg(arm_vfp)]
 mod vfp;
 
+pub use adjoint::{Adjoint, VECTORS};
 pub use packed::Packed;
+pub use second::Second;
 pub use vector::Vector;
 
 use crate::blob::field::WIDTH_MAX;

@@ -1,20 +1,22 @@
 //! Layers over a blob plus a caller-owned scratch: one forward pass, or four Monte Carlo passes.
 
+mod gelu_moments;
 pub mod layer;
+pub mod moments;
 pub mod monte_carlo;
 
 use crate::blob::NetworkView;
 use crate::blob::field::{LAYERS_MAX, WIDTH_MAX};
 use crate::gaussian::standard_normals;
 use crate::kernel::activation::{gelu, gelu_in_place, gelus};
-use crate::kernel::{Packed, Vector, sqrt, square_roots};
+use crate::kernel::{Adjoint, Packed, Second, Vector, sqrt, square_roots};
 
 use rand_core::Rng;
 
 /// Monte Carlo passes that run together and share each unpacked weight.
 pub const LANES: usize = 4;
 
-/// Working memory of a network, 5 KB; contents are meaningless between calls.
+/// Working memory of a network, 7 KB; contents are meaningless between calls.
 #[derive(Debug)]
 pub struct Scratch {
     packed: Packed<LANES>,
@@ -23,9 +25,13 @@ pub struct Scratch {
     first: [(f32, f32); WIDTH_MAX],
     /// For a pass with every weight at its mean.
     vector: Vector,
-    /// Of the layers after the first: variances of the pre-activations, summed over the exact passes since the
-    /// network was prepared, or frozen standard deviations.
-    spread: [[f32; WIDTH_MAX]; LAYERS_MAX - 1],
+    /// For moments.
+    second: Second,
+    adjoint: Adjoint,
+    /// One number for each unit of every layer but one. Of passes those after the first layer: variances of
+    /// the pre-activations, summed over the exact passes since the network was prepared, or frozen standard
+    /// deviations. Of moments what [`moments::outputs`] keeps of the hidden layers.
+    units: [[f32; WIDTH_MAX]; LAYERS_MAX - 1],
 }
 
 impl Scratch {
@@ -36,7 +42,9 @@ impl Scratch {
             activations: [[0.0; LANES]; WIDTH_MAX],
             first: [(0.0, 0.0); WIDTH_MAX],
             vector: Vector::new(),
-            spread: [[0.0; WIDTH_MAX]; LAYERS_MAX - 1],
+            second: Second::new(),
+            adjoint: Adjoint::new(),
+            units: [[0.0; WIDTH_MAX]; LAYERS_MAX - 1],
         }
     }
 }
@@ -121,7 +129,7 @@ impl<'a> Network<'a> {
         layer::moments(&first, &packed, slots, |slot, [mean], [variance]| {
             *slot = (mean, sqrt(variance));
         });
-        for spread in scratch.spread.as_flattened_mut() {
+        for spread in scratch.units.as_flattened_mut() {
             *spread = 0.0;
         }
     }
@@ -140,7 +148,7 @@ impl<'a> Network<'a> {
             packed,
             activations,
             first,
-            spread,
+            units: spread,
             ..
         } = scratch;
         let last = self.first_layer(activations, first, rng);
@@ -165,7 +173,7 @@ impl<'a> Network<'a> {
     pub fn freeze(&self, blocks: u16, scratch: &mut Scratch) {
         let per_pass = 1.0 / (LANES as f32 * f32::from(blocks));
         let after_first = self.view.layers().saturating_sub(1);
-        let spreads = scratch.spread.iter_mut().take(after_first);
+        let spreads = scratch.units.iter_mut().take(after_first);
         for spread in spreads.flatten() {
             *spread = sqrt(*spread * per_pass);
         }
@@ -183,7 +191,7 @@ impl<'a> Network<'a> {
             packed,
             activations,
             first,
-            spread,
+            units: spread,
             ..
         } = scratch;
         let last = self.first_layer(activations, first, rng);
@@ -381,8 +389,9 @@ mod tests {
 
     #[test]
     fn scratch_holds_four_passes_of_the_widest_layer() {
-        let own = size_of::<Packed<LANES>>() + size_of::<Vector>();
-        let spread = 7 * 64 * 4;
-        assert_eq!(size_of::<Scratch>(), own + 64 * 4 * 4 + 64 * 8 + spread);
+        let kernels = size_of::<Vector>() + size_of::<Second>() + size_of::<Adjoint>();
+        let own = size_of::<Packed<LANES>>() + kernels;
+        let units = 7 * 64 * 4;
+        assert_eq!(size_of::<Scratch>(), own + 64 * 4 * 4 + 64 * 8 + units);
     }
 }

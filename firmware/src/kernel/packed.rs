@@ -127,7 +127,7 @@ pub(super) fn largest_magnitude(activations: &[f32]) -> f32 {
 
 /// Largest magnitude of each pass; infinity or NaN if there is one.
 #[inline]
-fn largest_magnitudes<const L: usize>(activations: &[[f32; L]]) -> [f32; L] {
+pub(super) fn largest_magnitudes<const L: usize>(activations: &[[f32; L]]) -> [f32; L] {
     #[cfg(arm_dsp)]
     if L == 4 {
         let largest = super::four_lanes::largest_magnitudes(activations.as_flattened());

@@ -81,6 +81,8 @@ pub enum InferenceCode {
     Passes(u16),
     /// The same with frozen spreads.
     Frozen(u16),
+    /// Moments without drawing.
+    Moments,
 }
 
 impl From<Inference> for InferenceCode {
@@ -91,6 +93,7 @@ impl From<Inference> for InferenceCode {
                 Spread::Exact => Self::Passes(passes.count()),
                 Spread::Frozen => Self::Frozen(passes.count()),
             },
+            Inference::Moments => Self::Moments,
         }
     }
 }
@@ -103,6 +106,7 @@ impl TryFrom<InferenceCode> for Inference {
             InferenceCode::Mean => Ok(Self::Mean),
             InferenceCode::Passes(passes) => Self::of_passes(passes),
             InferenceCode::Frozen(passes) => Self::of_passes(passes).map(Self::frozen),
+            InferenceCode::Moments => Ok(Self::Moments),
         }
     }
 }
@@ -231,7 +235,7 @@ mod tests {
     fn settings_survive_the_wire() {
         for correction in [Correction::None, Correction::Converted, Correction::Polar] {
             let passes = Inference::of_passes(77).unwrap();
-            for inference in [Inference::Mean, passes, passes.frozen()] {
+            for inference in [Inference::Mean, passes, passes.frozen(), Inference::Moments] {
                 let settings = Settings {
                     correction,
                     inference,

@@ -21,8 +21,8 @@ use crate::estimate::{Doubt, Estimate, Mode, NIS_MAX, Outcome};
 use crate::inference::{Inference, Passes};
 use crate::likelihood::Likelihood;
 use crate::measurement::{Measurement, Vectors};
-use crate::network::Network;
 use crate::network::monte_carlo::separate_moments_into;
+use crate::network::{Network, moments};
 use crate::rng::Generator;
 use crate::settings::Settings;
 use crate::step_error::StepError;
@@ -503,7 +503,7 @@ impl Recursive<'_, '_> {
         Ok(())
     }
 
-    /// Writes the network's outputs; returns the variance of the mean jerk over passes, (m/s^3)^2.
+    /// Writes the network's outputs; returns the variance of the mean jerk, (m/s^3)^2.
     fn infer(&mut self, inputs: &mut [f32; FEATURES], outputs: &mut [f32; OUTPUTS]) -> [f32; 3] {
         let pairs = self.model.blob.input_normalisation().pairs();
         for (input, [mean, inverse]) in inputs.iter_mut().zip(pairs) {
@@ -519,6 +519,12 @@ impl Recursive<'_, '_> {
                 }
                 Inference::Passes(passes) => {
                     jerk_variance = self.draw(&network, passes, inputs, outputs);
+                }
+                Inference::Moments => {
+                    let scratch = &mut self.workspace.scratch;
+                    let [[x, _, _], [_, y, _], [_, _, z]] =
+                        moments::outputs(&network, inputs, outputs, JERK_OUTPUT, scratch);
+                    jerk_variance = [x, y, z];
                 }
             }
         }

@@ -27,6 +27,8 @@ pub const TRACK_SNAPSHOT_BYTES: usize = 1_024;
 const MAGIC: [u8; 4] = *b"BNKT";
 /// The only version of the layout that this code reads and writes.
 const VERSION: u16 = 2;
+/// Stands for moments, which are had without passes.
+const NO_PASSES: u16 = 0;
 const CRC32: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const CRC_BYTES: usize = 4;
 
@@ -226,12 +228,14 @@ impl<'b> Line<'b> {
         let (mut passes, mut frozen) = match settings.inference {
             Inference::Mean => (1, false),
             Inference::Passes(passes) => (passes.count(), passes.spread() == Spread::Frozen),
+            Inference::Moments => (NO_PASSES, false),
         };
         self.u16(&mut passes);
         self.flag(&mut frozen);
         match Inference::of_passes(passes) {
             Ok(inference) if !frozen => settings.inference = inference,
             Ok(passes @ Inference::Passes(_)) => settings.inference = passes.frozen(),
+            Err(_) if passes == NO_PASSES && !frozen => settings.inference = Inference::Moments,
             _ => self.sound = false,
         }
         self.u64(&mut settings.seed);

@@ -7,8 +7,8 @@ use std::time::Duration;
 use bnkf::blob::Kind;
 use bnkf::{Correction, Inference, PassesError, Settings, Tracker};
 use bnkf_model_export::flights::csv::options::ReadOptions;
-use bnkf_model_export::flights::csv::{FlightFileError, read_flight_csv};
 use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::flights::flight_file::{FlightFileError, read_flight};
 use bnkf_model_export::flights::generator::{GeneratorError, GeneratorSettings, generate};
 use bnkf_model_export::flights::suspicion::suspicions;
 use bnkf_model_export::flights::volume::Volume;
@@ -71,6 +71,9 @@ pub struct Args {
     /// Draws all but the first eighth of the passes with the standard deviations of those: half the work
     #[arg(long)]
     pub frozen: bool,
+    /// Mean and covariance of the network's answers without passes
+    #[arg(long, conflicts_with_all = ["passes", "frozen"])]
+    pub moments: bool,
     /// Seed of the flight, the radar's noise and the Monte Carlo passes
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
@@ -231,7 +234,7 @@ pub fn run(args: &Args) -> Result<(), ImageError> {
         }
     };
     let passes = match settings.inference {
-        Inference::Mean => 1,
+        Inference::Mean | Inference::Moments => 1,
         Inference::Passes(passes) => passes.count(),
     };
     let answer_time_max = ANSWER_TIME_BASE + ANSWER_TIME_PER_PASS * u32::from(passes);
@@ -271,6 +274,9 @@ pub fn run(args: &Args) -> Result<(), ImageError> {
 
 /// How the networks are asked, where a model's own way is `own`.
 fn inference(args: &Args, own: Inference) -> Result<Inference, ImageError> {
+    if args.moments {
+        return Ok(Inference::Moments);
+    }
     let exact = args.passes.map_or(Ok(own), Inference::of_passes)?;
     match exact.frozen() {
         _ if !args.frozen => Ok(exact),
@@ -291,7 +297,7 @@ fn model(path: Option<&Path>) -> Result<Model, ImageError> {
 
 fn flight(args: &Args, volume: &Volume) -> Result<Flight, ImageError> {
     if args.flight != Path::new(BUILTIN) {
-        let file = read_flight_csv(&args.flight, &args.reading)?;
+        let file = read_flight(&args.flight, &args.reading)?;
         for note in &file.notes {
             eprintln!("note: {}: {note}", file.flight.name);
         }

@@ -5,7 +5,7 @@ use bnkf::blob::Blob;
 use bnkf::protocol::{EstimateFrame, ForecastFrame, LikelihoodFrame, RefusalCode, Reply, encode};
 use bnkf::{Inference, Measurement, Mounting, Sensed, Sensor, Settings, StepError, Tracker};
 
-/// The models, each with numbers of passes, exact and frozen.
+/// The models, each with numbers of passes, exact and frozen; then without any: moments.
 const RUNS: [(&[u8], &[u16]); 3] = [
     (include_bytes!("../../../../models/recursive.bnkf"), &[1, 6]),
     (
@@ -35,6 +35,7 @@ pub fn hash() -> u64 {
                         run(blob, exact.frozen(), &mut hash);
                     }
                 }
+                run(blob, Inference::Moments, &mut hash);
             }
             Err(_) => hash.add(&Reply::Refused(RefusalCode::Blob)),
         }

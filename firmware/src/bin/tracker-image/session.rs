@@ -120,6 +120,7 @@ impl Session {
                     InferenceCode::Frozen(passes) => {
                         defmt::info!("new track: {=u16} passes, frozen spreads", passes);
                     }
+                    InferenceCode::Moments => defmt::info!("new track: moments"),
                 }
                 Reply::Started
             }

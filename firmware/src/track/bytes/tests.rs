@@ -129,7 +129,7 @@ fn how_the_networks_are_asked_is_written() {
     let model = Model::new(&blob).expect("a blob");
     let passes = Inference::of_passes(300).expect("in range");
     let mut bytes = [0; TRACK_SNAPSHOT_BYTES];
-    for inference in [passes, passes.frozen(), Inference::Mean] {
+    for inference in [passes, passes.frozen(), Inference::Moments, Inference::Mean] {
         let settings = Settings {
             inference,
             ..Settings::of(model.blob())
