@@ -105,6 +105,8 @@
 extern crate std;
 
 pub mod blob;
+#[cfg(feature = "c")]
+pub mod c;
 pub mod call;
 pub mod cholesky;
 pub mod clock;
