@@ -1,4 +1,4 @@
-/* On a Cortex-M4F that a debugger or QEMU holds (mps2-an386): start, and text through semihosting. */
+/* On a Cortex-M4F that a debugger or QEMU holds (netduinoplus2): start, and text through semihosting. */
 #include "program.h"
 
 extern uint32_t stack_top;
@@ -6,7 +6,10 @@ int main(void);
 void start(void);
 
 /* The initial stack and the first instruction, which is all that is read here. */
-__attribute__((section(".start"), used)) static const void *const vectors[] = {&stack_top, (const void *)start};
+__attribute__((section(".start"), used)) static const struct {
+    uint32_t *stack;
+    void (*first)(void);
+} vectors = {&stack_top, start};
 
 static void semihost(uint32_t operation, const void *argument) {
     register uint32_t r0 __asm__("r0") = operation;
@@ -20,7 +23,7 @@ void say(const char *text) { semihost(0x04, text); }
 __attribute__((noreturn, used)) static void run(void) {
     int failed = main();
     /* SYS_EXIT, with ADP_Stopped_ApplicationExit or ADP_Stopped_RunTimeErrorUnknown. */
-    semihost(0x18, (const void *)(failed ? 0x20023u : 0x20026u));
+    semihost(0x18, (const void *)(uintptr_t)(failed ? 0x20023u : 0x20026u));
     for (;;) {
     }
 }

@@ -12,6 +12,4 @@ MODEL recursive, "models/recursive.bnkf"
 MODEL tiny_bnkf, "tests/golden/tiny_bnkf.bnkf"
 MODEL tiny_bnkfe, "tests/golden/tiny_bnkfe.bnkf"
 
-#ifdef __linux__
 .section .note.GNU-stack, "", %progbits
-#endif

@@ -84,6 +84,16 @@ pub fn build_program(toolchain: &Toolchain, name: &str) -> Result<PathBuf, Image
     Ok(build(toolchain, command)?.join(name))
 }
 
+/// Builds the example `name` of the firmware's package.
+///
+/// # Errors
+/// The sources are missing, or the compiler or the linker failed.
+pub fn build_example(toolchain: &Toolchain, name: &str) -> Result<PathBuf, ImageBuildError> {
+    let mut command = toolchain.cargo("build");
+    command.args(["--example", name]);
+    Ok(build(toolchain, command)?.join("examples").join(name))
+}
+
 /// Builds the static library for C.
 ///
 /// # Errors

@@ -11,13 +11,10 @@ use crate::flight::{STEPS, is_gap, measurement};
 
 /// The models, each with numbers of passes.
 const RUNS: [(&[u8], &[u16]); 3] = [
-    (include_bytes!("../../../../models/recursive.bnkf"), &[1, 6]),
+    (include_bytes!("../../../models/recursive.bnkf"), &[1, 6]),
+    (include_bytes!("../../../tests/golden/tiny_bnkf.bnkf"), &[9]),
     (
-        include_bytes!("../../../../tests/golden/tiny_bnkf.bnkf"),
-        &[9],
-    ),
-    (
-        include_bytes!("../../../../tests/golden/tiny_bnkfe.bnkf"),
+        include_bytes!("../../../tests/golden/tiny_bnkfe.bnkf"),
         &[5],
     ),
 ];
