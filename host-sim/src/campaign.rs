@@ -24,6 +24,7 @@ use crate::campaign::step_record::{MethodSteps, StepRecord};
 use crate::campaign::steps_parquet::{FlightTracks, StepsFile};
 use crate::contest::fold::Folds;
 use crate::contest::model::Model;
+use crate::contest::own_filter::OwnFilter;
 use crate::contest::roster::{Roster, RosterError, Supplies};
 use crate::contest::runs::Runs;
 use crate::contest::tuned_on::TunedOn;
@@ -60,6 +61,8 @@ pub struct Campaign {
     pub seed: u64,
     /// Models that no fold trains, of kinds of their own.
     pub shipped: Vec<Model>,
+    /// Methods from outside, which `methods` name.
+    pub own: Vec<OwnFilter>,
 }
 
 /// What is kept of one flight under one condition.
@@ -269,7 +272,7 @@ impl Campaign {
     /// Those of `methods` that run with the parameters of `tuned_on`; the others run once, with the
     /// first of the campaign's.
     fn roster<'a>(
-        &self,
+        &'a self,
         kit: &'a FoldKit,
         tuned_on: TunedOn,
         methods: &[Method],
@@ -286,8 +289,19 @@ impl Campaign {
             passes: self.passes,
             tunings: tunings.map(|(_, tunings)| tunings),
             tuned: kit.tuned.as_ref(),
+            own: &self.own,
         };
         Roster::new(&own, supplies)
+    }
+
+    /// The methods that can fly other flights than those of the campaign.
+    fn live_methods(&self) -> Vec<Method> {
+        let is_recorded = |method: &Method| {
+            let own = self.own.iter().find(|own| own.method() == *method);
+            own.is_some_and(|own| own.recorded_sha256().is_some())
+        };
+        let live = self.methods.iter().filter(|method| !is_recorded(method));
+        live.copied().collect()
     }
 
     fn unit(

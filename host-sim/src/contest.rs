@@ -8,6 +8,7 @@ pub mod fold;
 pub mod forecast;
 pub mod loss;
 pub mod model;
+pub mod own_filter;
 pub mod roster;
 pub mod runs;
 pub mod runtime;

@@ -97,6 +97,9 @@ pub enum FilterError {
     /// A reading lacks what the method cannot do without.
     #[error("{0} was not measured")]
     Missing(bnkf::measurement::Channel),
+    /// The file of a method that answered before has no such estimate.
+    #[error("the file has no estimate of this time")]
+    NotInFile,
     /// The firmware's tracker refused.
     #[error("{0}")]
     Tracker(bnkf::StepError),

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use bnkf_host_sim::cmd::{demo, doubt, evaluate, image, replicate};
+use bnkf_host_sim::cmd::{demo, doubt, evaluate, image, readings, replicate, score, track};
 use clap::{Parser, Subcommand};
 
 /// Simulated measurement loop of the Bayesian neural Kalman tracker.
@@ -23,6 +23,9 @@ enum Command {
     Evaluate(evaluate::Args),
     Doubt(doubt::Args),
     Image(image::Args),
+    Readings(readings::Args),
+    Score(score::Args),
+    Track(track::Args),
     Replicate(replicate::Args),
 }
 
@@ -33,6 +36,9 @@ fn main() -> ExitCode {
         Some(Command::Evaluate(args)) => exit_code(evaluate::run(&args)),
         Some(Command::Doubt(args)) => exit_code(doubt::run(&args)),
         Some(Command::Image(args)) => exit_code(image::run(&args)),
+        Some(Command::Readings(args)) => exit_code(readings::run(&args)),
+        Some(Command::Score(args)) => exit_code(score::run(&args)),
+        Some(Command::Track(args)) => exit_code(track::run(&args)),
         Some(Command::Replicate(args)) => exit_code(replicate::run(&args)),
     }
 }

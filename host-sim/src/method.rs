@@ -1,81 +1,67 @@
 //! The methods under test and their names.
 
 use clap::ValueEnum;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+
+use crate::own_name::OwnName;
 
 /// A method of the table.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ValueEnum, Serialize, Deserialize,
-)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ValueEnum)]
 pub enum Method {
     /// Extended Kalman filter as the paper set it up: truth start, q = 0.1 m^2/s^3.
-    #[serde(rename = "EKF")]
     #[value(name = "ekf")]
     Ekf,
     /// Unscented Kalman filter as the paper set it up.
-    #[serde(rename = "UKF")]
     #[value(name = "ukf")]
     Ukf,
     /// Bayesian neural network, its answer taken as it is.
-    #[serde(rename = "BNN")]
     #[value(name = "bnn")]
     Bnn,
     /// The same network with the Kalman correction.
-    #[serde(rename = "BNKF")]
     #[value(name = "bnkf")]
     Bnkf,
     /// One network per axis with the Kalman correction.
-    #[serde(rename = "BNKFe")]
     #[value(name = "bnkfe")]
     Bnkfe,
     /// Filter whose motion model a network schedules.
-    #[serde(rename = "recursive")]
     #[value(name = "recursive")]
     Recursive,
     /// The same after going on training on the flights that a fold does not test.
-    #[serde(rename = "recursive tuned")]
     #[value(name = "recursive-tuned")]
     RecursiveTuned,
     /// Extended Kalman filter with a fitted Singer model, started from the first reading.
-    #[serde(rename = "EKF tuned")]
     #[value(name = "ekf-tuned")]
     EkfTuned,
     /// The same with the unscented correction.
-    #[serde(rename = "UKF tuned")]
     #[value(name = "ukf-tuned")]
     UkfTuned,
     /// The same with the cubature correction.
-    #[serde(rename = "CKF tuned")]
     #[value(name = "ckf-tuned")]
     CkfTuned,
     /// Interacting multiple models: constant velocity and four turns, fitted.
-    #[serde(rename = "IMM5")]
     #[value(name = "imm5")]
     Imm5,
     /// A wide bank of ten, not fitted.
-    #[serde(rename = "IMM10")]
     #[value(name = "imm10")]
     Imm10,
     /// Rao-Blackwellised particle filter over the range, with the fitted Singer model.
-    #[serde(rename = "particle")]
     #[value(name = "particle")]
     Particle,
     /// The reading converted to Cartesian coordinates.
-    #[serde(rename = "converted")]
     #[value(name = "converted")]
     Converted,
     /// The population's mean position.
-    #[serde(rename = "population")]
     #[value(name = "population")]
     PopulationMean,
     /// The reading's direction at the population's mean range.
-    #[serde(rename = "const range")]
     #[value(name = "const-range")]
     ConstantRange,
     /// The reading fused with the population's range and elevation.
-    #[serde(rename = "fused")]
     #[value(name = "fused")]
     Fused,
+    /// One that is not built in: a filter from outside, or estimates from a file.
+    #[value(skip)]
+    Own(OwnName),
 }
 
 impl Method {
@@ -106,7 +92,8 @@ impl Method {
             | Self::Bnkf
             | Self::Bnkfe
             | Self::Recursive
-            | Self::RecursiveTuned => false,
+            | Self::RecursiveTuned
+            | Self::Own(_) => false,
             Self::EkfTuned
             | Self::UkfTuned
             | Self::CkfTuned
@@ -140,6 +127,7 @@ impl Method {
             Self::PopulationMean => "population",
             Self::ConstantRange => "const range",
             Self::Fused => "fused",
+            Self::Own(name) => name.get(),
         }
     }
 
@@ -177,6 +165,26 @@ impl Method {
             Self::Fused => {
                 "one reading fused with the range and elevation of the flights to tune on"
             }
+            Self::Own(_) => "not built in: from outside",
+        }
+    }
+}
+
+impl Serialize for Method {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.label())
+    }
+}
+
+impl<'de> Deserialize<'de> for Method {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let label = String::deserialize(deserializer)?;
+        let built_in = Self::value_variants().iter().copied();
+        match built_in.into_iter().find(|method| method.label() == label) {
+            Some(method) => Ok(method),
+            None => OwnName::new(&label)
+                .map(Self::Own)
+                .map_err(de::Error::custom),
         }
     }
 }
@@ -191,13 +199,19 @@ impl std::fmt::Display for Method {
 mod tests {
     use clap::ValueEnum;
 
-    use super::Method;
+    use super::{Method, OwnName};
 
     #[test]
     fn results_carry_the_label() {
         for method in Method::value_variants() {
             let json = serde_json::to_value(method).unwrap();
             assert_eq!(json, method.label());
+            assert_eq!(serde_json::from_value::<Method>(json).unwrap(), *method);
         }
+        let own = Method::Own(OwnName::new("mine").unwrap());
+        let json = serde_json::to_value(own).unwrap();
+        assert_eq!(json, "mine");
+        assert_eq!(serde_json::from_value::<Method>(json).unwrap(), own);
+        assert!(serde_json::from_value::<Method>("<mine>".into()).is_err());
     }
 }

@@ -13,5 +13,6 @@ pub mod reliability_figure;
 pub mod runtime_figure;
 pub mod scale;
 pub mod svg;
+pub mod track_figure;
 pub mod trajectory_figure;
 pub mod variation_figure;

@@ -32,6 +32,7 @@ def in_own_environment() -> None:
 
 try:
     import numpy as np
+    import pyarrow as pa
     import pyarrow.parquet as pq
 except ImportError:
     in_own_environment()
@@ -40,7 +41,11 @@ except ImportError:
 def means(folder: str) -> dict:
     """Mean distance and negative log-likelihood by cell and flight."""
     names = ["noise", "rate", "flight", "error_m", "det_p_m6", "mahalanobis_squared"]
-    table = pq.read_table(Path(folder) / "steps.parquet", columns=names).to_pydict()
+    steps = Path(folder) / "steps.parquet"
+    try:
+        table = pq.read_table(steps, columns=names).to_pydict()
+    except (OSError, pa.ArrowInvalid) as error:
+        raise SystemExit(f"{steps}: not the steps of an evaluation: {error}") from None
     log_determinant = np.log(np.maximum(table["det_p_m6"], 1e-300))
     square = np.array(table["mahalanobis_squared"])
     nll = np.minimum(0.5 * (3 * np.log(2 * np.pi) + log_determinant + square), NLL_MAX)

@@ -74,7 +74,7 @@ impl Campaign {
     pub fn times(&self, work: &WorkFolder) -> Result<Vec<MethodTime>, CampaignError> {
         let kits = self.kits(work, &|_| {})?;
         let kit = &kits[0][0];
-        let roster = self.roster(kit, self.tuned_on[0], &self.methods)?;
+        let roster = self.roster(kit, self.tuned_on[0], &self.live_methods())?;
         let flights: Vec<_> = self.runs.flights.iter().take(TIMED).collect();
         let radar = &self.scenario.radar;
         let condition = Condition {

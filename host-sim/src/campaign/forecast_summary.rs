@@ -45,7 +45,7 @@ pub struct FlightForecasts<'a> {
     pub cluster: usize,
 }
 
-/// Sums up what `methods` said of the same flights.
+/// Sums up what `methods` said of the same flights; of a method that said nothing there is nothing.
 pub fn sum_up(
     condition: Condition,
     methods: &[(Method, Vec<FlightForecasts<'_>>)],
@@ -55,6 +55,9 @@ pub fn sum_up(
     let mut sums: Vec<(Method, [Vec<FlightSum>; HORIZONS_US.len()])> = Vec::new();
     for (method, flights) in methods {
         let all: Vec<_> = flights.iter().flat_map(|flight| flight.forecasts).collect();
+        if all.is_empty() {
+            continue;
+        }
         let cells = ForecastCell::all(*method, condition, &all);
         let own = core::array::from_fn(|horizon| error_sums(flights, horizon));
         for (cell, sums) in cells.into_iter().zip(&own) {

@@ -91,8 +91,9 @@ impl Campaign {
         let count = (self.runs.first / FLIGHTS_PART).max(FLIGHTS_MIN);
         let flights = variation.flights(&self.scenario, count, self.seed)?;
         let radar = variation.radar(&self.scenario);
-        let roster = self.roster(kit, self.tuned_on[0], &self.methods)?;
-        let mut steps: Vec<Vec<ScoredStep>> = vec![Vec::new(); self.methods.len()];
+        let methods = self.live_methods();
+        let roster = self.roster(kit, self.tuned_on[0], &methods)?;
+        let mut steps: Vec<Vec<ScoredStep>> = vec![Vec::new(); methods.len()];
         for flight in &flights {
             let readings = radar.readings(flight, condition, self.seed);
             let tracks = roster.tracks(flight, &readings, condition, self.seed);
@@ -100,7 +101,7 @@ impl Campaign {
                 all.extend(own.iter().map(|step| step.scored));
             }
         }
-        let cells = self.methods.iter().zip(&steps);
+        let cells = methods.iter().zip(&steps);
         Ok(cells
             .map(|(method, steps)| (*method, CellMetrics::new(steps)))
             .collect())

@@ -2,16 +2,15 @@
 
 use std::sync::Arc;
 
-use parquet::basic::Compression;
-use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, Int32Type};
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int32Type};
 use parquet::errors::ParquetError;
-use parquet::file::properties::WriterProperties;
-use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
+use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;
 
 use bnkf_model_export::flights::flight::{Flight, Motion};
 
 use crate::campaign::step_record::{MethodSteps, StepRecord};
+use crate::parquet_columns::{Group, column, optional, snappy};
 use crate::scenario::radar::Condition;
 
 /// Columns in their order. Units: seconds, metres, m^6, m/s, m/s^2; `nis` is null where the method has no
@@ -64,10 +63,7 @@ impl StepsFile {
     /// None is expected: the schema is a constant that is tested.
     pub fn new() -> Result<Self, ParquetError> {
         let schema = Arc::new(parse_message_type(SCHEMA)?);
-        let properties = WriterProperties::builder()
-            .set_compression(Compression::SNAPPY)
-            .build();
-        let writer = SerializedFileWriter::new(Vec::new(), schema, Arc::new(properties))?;
+        let writer = SerializedFileWriter::new(Vec::new(), schema, Arc::new(snappy()))?;
         Ok(Self { writer })
     }
 
@@ -153,8 +149,6 @@ impl Rows<'_> {
     }
 }
 
-type Group<'a> = SerializedRowGroupWriter<'a, Vec<u8>>;
-
 fn text(
     group: &mut Group<'_>,
     rows: &Rows<'_>,
@@ -164,34 +158,6 @@ fn text(
         group,
         rows.map(|row| ByteArray::from(value(row).into_bytes())),
     )
-}
-
-fn column<T: DataType>(group: &mut Group<'_>, values: Vec<T::T>) -> Result<(), ParquetError> {
-    levelled::<T>(group, &values, None)
-}
-
-fn optional<T: DataType>(
-    group: &mut Group<'_>,
-    values: Vec<Option<T::T>>,
-) -> Result<(), ParquetError> {
-    let levels: Vec<i16> = values
-        .iter()
-        .map(|value| i16::from(value.is_some()))
-        .collect();
-    let present: Vec<_> = values.into_iter().flatten().collect();
-    levelled::<T>(group, &present, Some(&levels))
-}
-
-fn levelled<T: DataType>(
-    group: &mut Group<'_>,
-    values: &[T::T],
-    levels: Option<&[i16]>,
-) -> Result<(), ParquetError> {
-    let mut writer = group
-        .next_column()?
-        .ok_or_else(|| ParquetError::General("more columns than the schema has".to_owned()))?;
-    writer.typed::<T>().write_batch(values, levels, None)?;
-    writer.close()
 }
 
 #[cfg(test)]

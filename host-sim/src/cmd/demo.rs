@@ -82,6 +82,7 @@ pub fn run(args: &Args) -> Result<(), DemoError> {
         passes: None,
         tunings: None,
         tuned: None,
+        own: &[],
     };
     let roster = Roster::new(&Method::DEFAULT, supplies)?;
     let radar = Radar::paper(NoiseTable::default());

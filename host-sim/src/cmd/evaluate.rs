@@ -1,7 +1,7 @@
 //! `host-sim evaluate`: the table of methods, on recorded flights or cross-validated.
 
 mod cross_validated;
-mod data;
+pub mod data;
 mod recorded;
 
 use std::path::PathBuf;
@@ -13,6 +13,7 @@ use bnkf_model_export::flights::segment::PAPER_SEGMENT_S;
 use bnkf_model_export::flights::set::FlightSetError;
 use bnkf_model_export::flights::track_error::COORDINATE_M_MAX;
 use bnkf_model_export::radar::noise::NoiseTable;
+use clap::ValueEnum as _;
 
 use crate::baseline::tuning::FLIGHTS_MAX;
 use crate::campaign::CampaignError;
@@ -20,10 +21,11 @@ use crate::campaign::fold_kit::TUNING_SEED;
 use crate::campaign::work_folder::WorkFolderError;
 use crate::contest::fold::FoldError;
 use crate::contest::model::ModelError;
+use crate::contest::own_filter::OwnFilter;
 use crate::contest::roster::RosterError;
 use crate::method::Method;
 use crate::output_folder::OutputFolderError;
-use crate::scenario::ScenarioError;
+use crate::scenario::{Scenario, ScenarioError};
 
 /// Scores every method on the same readings, at three noise levels and three sampling rates.
 ///
@@ -33,8 +35,40 @@ use crate::scenario::ScenarioError;
 /// also on the other folds' recordings and on both, and each cell shows the best of the three, which
 /// favours the filters (all three: tunings.csv).
 #[derive(Clone, Debug, clap::Args)]
-#[command(group(clap::ArgGroup::new("cross-validation").args(["folds", "quick"]).multiple(true)))]
 pub struct Args {
+    /// What is measured.
+    #[command(flatten)]
+    pub subject: Subject,
+    /// Blob that replaces the built-in one of its kind: one network serves BNN and BNKF, three BNKFe;
+    /// a cross-validation trains those itself and takes recursive blobs only
+    #[arg(long = "model", value_name = "BLOB")]
+    pub models: Vec<PathBuf>,
+    /// Methods, separated by commas [default: the paper's five and the recursive tracker; with --folds or --quick all]
+    #[arg(long, value_enum, value_delimiter = ',')]
+    pub methods: Vec<Method>,
+    /// Monte Carlo passes per estimate [default: each model's own number]
+    #[arg(long, value_name = "N")]
+    pub passes: Option<u16>,
+    /// Writes cells and provenance to this file
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["folds", "quick"])]
+    pub json: Option<PathBuf>,
+    /// Training epochs of a cross-validation [default: 200, with --quick 30]
+    #[arg(long, value_name = "N", requires = "cross-validation")]
+    pub epochs: Option<u32>,
+    /// Folder for the results of a cross-validation; made if it is missing
+    #[arg(
+        long,
+        value_name = "DIR",
+        requires = "cross-validation",
+        default_value = "out/evaluation"
+    )]
+    pub out: PathBuf,
+}
+
+/// Which flights are measured by which radar, how often, and which of them filters may learn from.
+#[derive(Clone, Debug, clap::Args)]
+#[command(group(clap::ArgGroup::new("cross-validation").args(["folds", "quick"]).multiple(true)))]
+pub struct Subject {
     /// Folder of flight files (.csv or .txt: timestamp,tx,ty,tz and other forms), or one file; with --folds or
     /// --quick generated flights are the default
     #[arg(long, value_name = "PATH", required_unless_present_any = ["folds", "quick"])]
@@ -52,22 +86,9 @@ pub struct Args {
     /// [default: radians; with --folds the scenario's]
     #[arg(long, value_enum)]
     pub noise_table: Option<NoiseTable>,
-    /// Blob that replaces the built-in one of its kind: one network serves BNN and BNKF, three BNKFe;
-    /// a cross-validation trains those itself and takes recursive blobs only
-    #[arg(long = "model", value_name = "BLOB")]
-    pub models: Vec<PathBuf>,
-    /// Methods, separated by commas [default: the paper's five and the recursive tracker; with --folds or --quick all]
-    #[arg(long, value_enum, value_delimiter = ',')]
-    pub methods: Vec<Method>,
-    /// Monte Carlo passes per estimate [default: each model's own number]
-    #[arg(long, value_name = "N")]
-    pub passes: Option<u16>,
     /// Seed of flights, placement, radar noise, training and Monte Carlo passes
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Writes cells and provenance to this file
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["folds", "quick"])]
-    pub json: Option<PathBuf>,
     /// Cross-validates with this many folds, by recording
     #[arg(long, value_name = "N")]
     pub folds: Option<usize>,
@@ -91,17 +112,6 @@ pub struct Args {
     /// them [default: 75 minutes of flight, 300 at most]
     #[arg(long, value_name = "N", requires = "cross-validation", value_parser = clap::value_parser!(u16).range(2..=FLIGHTS_MAX as i64))]
     pub tuning_flights: Option<u16>,
-    /// Training epochs of a cross-validation [default: 200, with --quick 30]
-    #[arg(long, value_name = "N", requires = "cross-validation")]
-    pub epochs: Option<u32>,
-    /// Folder for the results of a cross-validation; made if it is missing
-    #[arg(
-        long,
-        value_name = "DIR",
-        requires = "cross-validation",
-        default_value = "out/evaluation"
-    )]
-    pub out: PathBuf,
     /// How flight files are read.
     #[command(flatten)]
     pub reading: ReadOptions,
@@ -166,23 +176,63 @@ pub enum EvaluateError {
 /// # Errors
 /// See [`EvaluateError`].
 pub fn run(args: &Args) -> Result<(), EvaluateError> {
+    evaluate_with(args, Vec::new())
+}
+
+/// Runs the command with methods from outside, which take part whatever --methods names: the same readings,
+/// metrics, intervals, page.
+///
+/// # Errors
+/// See [`EvaluateError`].
+pub fn evaluate_with(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
+    for (index, method) in own.iter().map(OwnFilter::method).enumerate() {
+        let built_in = Method::value_variants().iter();
+        if own[..index].iter().any(|other| other.method() == method)
+            || built_in
+                .into_iter()
+                .any(|other| other.label() == method.label())
+        {
+            return Err(EvaluateError::Twice(method));
+        }
+    }
     for (index, method) in args.methods.iter().enumerate() {
         if args.methods[..index].contains(method) {
             return Err(EvaluateError::Twice(*method));
         }
     }
-    match &args.flights {
-        Some(flights) if args.folds.is_none() && !args.quick => recorded::run(args, flights),
-        _ => cross_validated::run(args),
+    match &args.subject.flights {
+        Some(flights) if args.subject.folds.is_none() && !args.subject.quick => {
+            recorded::run(args, flights, &own)
+        }
+        _ => cross_validated::run(args, own),
     }
 }
 
-fn methods_or(args: &Args, default: &[Method]) -> Vec<Method> {
-    if args.methods.is_empty() {
-        default.to_vec()
-    } else {
-        args.methods.clone()
+/// The scenario, with the noise tables that are evaluated.
+///
+/// # Errors
+/// It cannot be used.
+pub fn scenario(args: &Subject) -> Result<Scenario, ScenarioError> {
+    let mut scenario = Scenario::find(&args.scenario)?;
+    let is_cross_validated = args.folds.is_some() || args.quick;
+    match args.noise_table {
+        Some(table) => scenario.radar.tables = vec![table],
+        None if !is_cross_validated => scenario.radar.tables = vec![NoiseTable::default()],
+        None if args.quick => scenario.radar.tables.truncate(1),
+        None => {}
     }
+    Ok(scenario)
+}
+
+/// The methods that were named, else `default`; then those from outside.
+fn methods_or(args: &Args, default: &[Method], own: &[OwnFilter]) -> Vec<Method> {
+    let named = if args.methods.is_empty() {
+        default
+    } else {
+        &args.methods
+    };
+    let own = own.iter().map(OwnFilter::method);
+    named.iter().copied().chain(own).collect()
 }
 
 fn position_m(text: &str) -> Result<Position, String> {

@@ -36,6 +36,15 @@ pub fn of_scenario(name: &str) -> Result<Option<Model>, ModelError> {
         .transpose()
 }
 
+/// The built-in recursive model.
+///
+/// # Errors
+/// It does not parse, which a test rules out.
+pub fn recursive() -> Result<Model, ModelError> {
+    let [.., (name, bytes, unrounded)] = EMBEDDED;
+    Model::embedded(name, bytes, unrounded)
+}
+
 /// The built-in models.
 ///
 /// # Errors
@@ -49,7 +58,7 @@ pub fn load() -> Result<Vec<Model>, ModelError> {
 
 #[cfg(test)]
 mod tests {
-    use super::{load, of_scenario};
+    use super::{load, of_scenario, recursive};
     use bnkf::blob::Kind;
 
     #[test]
@@ -57,6 +66,8 @@ mod tests {
         let models = load().expect("checked blobs");
         let networks: Vec<usize> = models.iter().map(|m| m.blob().network_count()).collect();
         assert_eq!(networks, [1, 3, 1]);
+        assert_eq!(models[2].sha256(), recursive().unwrap().sha256());
+        assert_eq!(models[2].blob().kind(), Kind::Recursive);
     }
 
     #[test]

@@ -20,6 +20,7 @@ use crate::baseline::sigma_points::Spread;
 use crate::baseline::tuning::Tuning;
 use crate::contest::forecast::track_ahead;
 use crate::contest::model::Model;
+use crate::contest::own_filter::OwnFilter;
 use crate::contest::track::{TrackStep, track};
 use crate::contest::tracker_filter::TrackerFilter;
 use crate::contest::tunings::Tunings;
@@ -41,6 +42,7 @@ enum Recipe<'a> {
     PaperUkf,
     Tracker(Blob<'a>, Settings),
     Tuned(&'a Tunings, Kind),
+    Own(&'a OwnFilter),
 }
 
 /// A filter that needs a tuning.
@@ -64,6 +66,8 @@ pub struct Supplies<'a> {
     pub tunings: Option<&'a Tunings>,
     /// The recursive blob that was tuned.
     pub tuned: Option<&'a Model>,
+    /// Methods from outside.
+    pub own: &'a [OwnFilter],
 }
 
 /// Why a roster cannot be made.
@@ -95,6 +99,9 @@ pub enum RosterError {
         /// The number.
         cause: PassesError,
     },
+    /// A method from outside that nobody brought.
+    #[error("method {0} is not built in, and none of that name was given")]
+    NoOwn(Method),
     /// The method needs training flights.
     #[error("method {0}: nothing was tuned; it needs --folds")]
     NoTuning(Method),
@@ -162,6 +169,10 @@ impl<'a> Roster<'a> {
             Method::PopulationMean => tuned(method, Kind::Rule(Rule::PopulationMean)),
             Method::ConstantRange => tuned(method, Kind::Rule(Rule::ConstantRange)),
             Method::Fused => tuned(method, Kind::Rule(Rule::Fused)),
+            Method::Own(_) => {
+                let found = supplies.own.iter().find(|own| own.method() == method);
+                found.map(Recipe::Own).ok_or(RosterError::NoOwn(method))
+            }
         };
         let entries = methods.iter().map(|method| Ok((*method, recipe(*method)?)));
         Ok(Self {
@@ -199,8 +210,15 @@ impl<'a> Roster<'a> {
     ) -> Vec<(Method, Vec<TrackStep>, Vec<ScoredForecast>)> {
         self.flight_filters(flight, condition, seed)
             .into_iter()
-            .map(|(method, mut filter)| {
-                let (steps, forecasts) = track_ahead(filter.as_mut(), flight, readings);
+            .zip(&self.entries)
+            .map(|((method, mut filter), (_, recipe))| {
+                let filter = filter.as_mut();
+                let (steps, forecasts) = match recipe {
+                    Recipe::Own(own) if !own.has_forecasts() => {
+                        (track(filter, flight, readings), Vec::new())
+                    }
+                    _ => track_ahead(filter, flight, readings),
+                };
                 (method, steps, forecasts)
             })
             .collect()
@@ -219,15 +237,20 @@ impl<'a> Roster<'a> {
             condition.noise as u64,
             condition.rate.get().to_bits(),
         ];
-        self.filters(condition, seed::derive(seed, &ids))
+        self.filters(flight, condition, seed::derive(seed, &ids))
     }
 
-    /// Fresh filters for `condition`, one per method; `seed` starts the random streams of those
-    /// that draw.
+    /// Fresh filters for `flight` under `condition`, one per method; `seed` starts the random streams of
+    /// those that draw.
     ///
     /// # Panics
     /// If a tuned method was not tuned for the condition's noise.
-    pub fn filters(&self, condition: Condition, seed: u64) -> Vec<(Method, Box<dyn Filter + 'a>)> {
+    pub fn filters(
+        &self,
+        flight: &Flight,
+        condition: Condition,
+        seed: u64,
+    ) -> Vec<(Method, Box<dyn Filter + 'a>)> {
         let filter = |recipe: &Recipe<'a>| -> Box<dyn Filter + 'a> {
             match *recipe {
                 Recipe::PaperEkf => Box::new(Late::new(Kalman::paper_ekf())),
@@ -239,6 +262,7 @@ impl<'a> Roster<'a> {
                 Recipe::Tuned(tunings, kind) => {
                     kind.filter(tuning(tunings, condition.table, condition.noise), seed)
                 }
+                Recipe::Own(own) => own.filter(flight, condition, seed),
             }
         };
         self.entries
@@ -280,8 +304,9 @@ mod tests {
     use bnkf_model_export::radar::gaps::SamplingRate;
     use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 
-    use super::{BlobKind, Roster, RosterError, Supplies};
+    use super::{BlobKind, Flight, Roster, RosterError, Supplies};
     use crate::method::Method;
+    use crate::own_name::OwnName;
     use crate::scenario::radar::Condition;
 
     #[test]
@@ -307,6 +332,11 @@ mod tests {
             noise: NoiseLevel::Low,
             rate: SamplingRate::FULL,
         };
-        assert_eq!(roster.filters(condition, 1).len(), 2);
+        let rows = [0.0, 1.0, 2.0].map(|t| [t, 1.0 + t, 2.0, 3.0]);
+        let flight = Flight::from_track("a", "a.csv", &rows).unwrap();
+        assert_eq!(roster.filters(&flight, condition, 1).len(), 2);
+        let own = Method::Own(OwnName::new("mine").unwrap());
+        let error = Roster::new(&[own], Supplies::default()).unwrap_err();
+        assert_eq!(error, RosterError::NoOwn(own));
     }
 }

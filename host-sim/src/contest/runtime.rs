@@ -43,7 +43,10 @@ pub fn measure(
         let steps = flight.samples.len() - 1;
         let mut fastest_s = vec![f64::INFINITY; seconds.len()];
         for _ in 0..REPEATS {
-            for (index, (_, mut filter)) in roster.filters(condition, seed).into_iter().enumerate()
+            for (index, (_, mut filter)) in roster
+                .filters(flight, condition, seed)
+                .into_iter()
+                .enumerate()
             {
                 let start_s = thread_s();
                 std::hint::black_box(track(filter.as_mut(), flight, &readings));

@@ -2,6 +2,7 @@
 //! and, by the marker, in grey print.
 
 use crate::method::Method;
+use crate::own_name::OwnName;
 use crate::plot::svg::{Stroke, Svg};
 
 /// How a method looks in every figure.
@@ -53,8 +54,37 @@ pub const fn look(method: Method) -> Look {
         Method::PopulationMean => ("#8c8c8c", Marker::Cross),
         Method::ConstantRange => ("#6e6e6e", Marker::Square),
         Method::Fused => ("#a8a8a8", Marker::Circle),
+        Method::Own(name) => return own_look(name),
     };
     Look { colour, marker }
+}
+
+/// One of a few looks that no built-in method has; names stand beside them.
+const fn own_look(name: OwnName) -> Look {
+    const LOOKS: [Look; 4] = [
+        Look {
+            colour: "#e0007a",
+            marker: Marker::Plus,
+        },
+        Look {
+            colour: "#00a0c6",
+            marker: Marker::Cross,
+        },
+        Look {
+            colour: "#c75000",
+            marker: Marker::TriangleUp,
+        },
+        Look {
+            colour: "#3355ff",
+            marker: Marker::Diamond,
+        },
+    ];
+    let (text, mut sum, mut at) = (name.get().as_bytes(), 0, 0);
+    while at < text.len() {
+        sum += text[at] as usize;
+        at += 1;
+    }
+    LOOKS[sum % LOOKS.len()]
 }
 
 impl Marker {

@@ -71,6 +71,9 @@ pub struct CampaignProvenance {
     pub shipped: Vec<ModelProvenance>,
     /// The methods.
     pub methods: Vec<Method>,
+    /// Where the answers of methods come from that answered before: name and SHA-256 of a file.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub recorded: Vec<(Method, String)>,
     /// The noise tables.
     pub noise_tables: Vec<NoiseTable>,
 }

@@ -18,13 +18,13 @@ use crate::campaign::{Campaign, Progress};
 use crate::cmd::progress;
 use crate::contest::fold::Folds;
 use crate::contest::model::Model;
+use crate::contest::own_filter::OwnFilter;
 use crate::contest::{default_models, runtime};
 use crate::method::Method;
 use crate::output_folder;
 use crate::report::campaign_results::{self, CampaignProvenance};
 use crate::report::results_json::ModelProvenance;
 use crate::report::{self, Material, by_motion, forecasts, table};
-use crate::scenario::Scenario;
 
 /// Folds, unless --folds says otherwise.
 const FOLDS: usize = 5;
@@ -33,13 +33,8 @@ const EPOCHS: u32 = 200;
 const EPOCHS_QUICK: u32 = 30;
 
 /// Runs or continues a cross-validation, writes its files and prints its table.
-pub fn run(args: &Args) -> Result<(), EvaluateError> {
-    let mut scenario = Scenario::find(&args.scenario)?;
-    match args.noise_table {
-        Some(table) => scenario.radar.tables = vec![table],
-        None if args.quick => scenario.radar.tables.truncate(1),
-        None => {}
-    }
+pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
+    let scenario = super::scenario(&args.subject)?;
     let in_origin = scenario.radar.sensors == Sensors::Origin;
     if let Some(method) = args.methods.iter().find(|method| method.needs_origin())
         && !in_origin
@@ -48,7 +43,7 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
     }
     // Before the work, not after it.
     output_folder::prepare(&args.out)?;
-    let data = Data::of(args, &scenario)?;
+    let data = Data::of(&args.subject, &scenario)?;
     for remark in &data.remarks {
         eprintln!("{remark}");
     }
@@ -68,26 +63,29 @@ pub fn run(args: &Args) -> Result<(), EvaluateError> {
     }
     // The last recursive blob is what runs.
     shipped.drain(..shipped.len().saturating_sub(1));
-    let count = args.folds.unwrap_or(FOLDS);
+    let count = args.subject.folds.unwrap_or(FOLDS);
     let campaign = Campaign {
-        folds: Folds::new(&data.runs.flights, count, args.seed)?,
+        folds: Folds::new(&data.runs.flights, count, args.subject.seed)?,
         runs: data.runs,
         to_tune_on: data.to_tune_on,
         tuned_on: data.tuned_on,
-        methods: methods_or(args, &all_methods(&shipped, in_origin)),
+        methods: methods_or(args, &all_methods(&shipped, in_origin), &own),
+        own,
         shipped,
         passes: args.passes,
-        epochs: args
-            .epochs
-            .unwrap_or(if args.quick { EPOCHS_QUICK } else { EPOCHS }),
-        seed: args.seed,
+        epochs: args.epochs.unwrap_or(if args.subject.quick {
+            EPOCHS_QUICK
+        } else {
+            EPOCHS
+        }),
+        seed: args.subject.seed,
         scenario,
     };
     let provenance = CampaignProvenance {
         remarks: data.remarks,
         ..provenance(args, &campaign, data.source, data.sha256, data.unplaced)
     };
-    if args.quick {
+    if args.subject.quick {
         eprintln!("{}", quick_note(&campaign));
     }
     let plan = serde_json::to_string_pretty(&provenance).expect("every value has a representation");
@@ -168,18 +166,18 @@ fn provenance(
         command: command_line("host-sim"),
         version: env!("CARGO_PKG_VERSION"),
         tree: env!("BNKF_TREE"),
-        seed: args.seed,
+        seed: args.subject.seed,
         scenario: campaign.scenario.name.clone(),
         scenario_sha256: campaign.scenario.sha256.clone(),
         data,
         data_sha256: sha256,
         flights: campaign.runs.segments(),
-        runs: usize::from(args.runs),
+        runs: usize::from(args.subject.runs),
         recordings: recordings.len(),
         unplaced,
         remarks: Vec::new(),
         folds: campaign.folds.count,
-        quick: args.quick,
+        quick: args.subject.quick,
         tuning_flights: campaign.to_tune_on.len(),
         tuning_sha256: data_hash::of_flights(&campaign.to_tune_on),
         tuned_on: campaign.tuned_on.clone(),
@@ -187,6 +185,11 @@ fn provenance(
         passes: args.passes,
         shipped: campaign.shipped.iter().map(ModelProvenance::from).collect(),
         methods: campaign.methods.clone(),
+        recorded: campaign
+            .own
+            .iter()
+            .filter_map(|own| Some((own.method(), own.recorded_sha256()?.to_owned())))
+            .collect(),
         noise_tables: campaign.scenario.radar.tables.clone(),
     }
 }

@@ -7,7 +7,7 @@ use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::flights::set::{FlightSet, FlightSetError, Preparation};
 use bnkf_model_export::seed;
 
-use super::{Args, EvaluateError};
+use super::{EvaluateError, Subject};
 use crate::baseline::tuning::FLIGHTS_MAX;
 use crate::campaign::fold_kit::TUNING_SEED;
 use crate::contest::runs::Runs;
@@ -37,7 +37,7 @@ pub struct Data {
 
 impl Data {
     /// Recorded flights if `args` name some, else generated ones.
-    pub fn of(args: &Args, scenario: &Scenario) -> Result<Self, EvaluateError> {
+    pub fn of(args: &Subject, scenario: &Scenario) -> Result<Self, EvaluateError> {
         if args.seed == TUNING_SEED {
             return Err(EvaluateError::TuningSeed);
         }
@@ -53,7 +53,7 @@ impl Data {
 
     fn recorded(
         path: &Path,
-        args: &Args,
+        args: &Subject,
         scenario: &Scenario,
         to_tune_on: Vec<Flight>,
     ) -> Result<Self, FlightSetError> {
@@ -98,7 +98,7 @@ impl Data {
     }
 
     fn generated(
-        args: &Args,
+        args: &Subject,
         scenario: &Scenario,
         to_tune_on: Vec<Flight>,
     ) -> Result<Self, EvaluateError> {
@@ -130,7 +130,7 @@ fn flights_to_tune_on(scenario: &Scenario) -> usize {
 }
 
 /// `flights` from where the radar stands.
-fn seen(flights: &[Flight], args: &Args) -> Vec<Flight> {
+fn seen(flights: &[Flight], args: &Subject) -> Vec<Flight> {
     let from = |flight: &Flight| flight.seen_from(args.radar.0);
     flights.iter().map(from).collect()
 }

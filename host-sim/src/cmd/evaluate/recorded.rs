@@ -13,6 +13,7 @@ use crate::cmd::progress;
 use crate::contest::default_models;
 use crate::contest::evaluation::Evaluation;
 use crate::contest::model::Model;
+use crate::contest::own_filter::OwnFilter;
 use crate::contest::roster::{Roster, Supplies};
 use crate::method::Method;
 use crate::report::results_json::{self, ModelProvenance, Provenance, Results};
@@ -20,11 +21,11 @@ use crate::report::{by_motion, forecasts, table};
 use crate::scenario::radar::Radar;
 
 /// Writes the JSON file, if one was asked for, and prints the table.
-pub fn run(args: &Args, flights: &Path) -> Result<(), EvaluateError> {
+pub fn run(args: &Args, flights: &Path, own: &[OwnFilter]) -> Result<(), EvaluateError> {
     if let Some(path) = &args.json {
         atomic_file::check(&[path])?;
     }
-    let results = evaluate(args, flights)?;
+    let results = evaluate(args, flights, own)?;
     if let Some(path) = &args.json {
         results_json::write(path, &results)?;
     }
@@ -38,7 +39,7 @@ pub fn run(args: &Args, flights: &Path) -> Result<(), EvaluateError> {
     Ok(())
 }
 
-fn evaluate(args: &Args, flights: &Path) -> Result<Results, EvaluateError> {
+fn evaluate(args: &Args, flights: &Path, own: &[OwnFilter]) -> Result<Results, EvaluateError> {
     let mut models = default_models::load()?;
     let mut expected = Volume::PAPER;
     for path in &args.models {
@@ -47,12 +48,12 @@ fn evaluate(args: &Args, flights: &Path) -> Result<Results, EvaluateError> {
         models.push(model);
     }
     let preparation = Preparation {
-        reading: args.reading.clone(),
+        reading: args.subject.reading.clone(),
         expected,
-        segment_s: args.segment_s,
-        volume: args.place.then_some(Volume::PAPER),
-        radar_m: args.radar.0,
-        seed: args.seed,
+        segment_s: args.subject.segment_s,
+        volume: args.subject.place.then_some(Volume::PAPER),
+        radar_m: args.subject.radar.0,
+        seed: args.subject.seed,
     };
     let set = FlightSet::read(flights, &preparation)?;
     for remark in &set.remarks {
@@ -66,16 +67,17 @@ fn evaluate(args: &Args, flights: &Path) -> Result<Results, EvaluateError> {
         passes: args.passes,
         tunings: None,
         tuned: None,
+        own,
     };
-    let roster = Roster::new(&methods_or(args, &Method::DEFAULT), supplies)?;
-    let noise_table = args.noise_table.unwrap_or_default();
+    let roster = Roster::new(&methods_or(args, &Method::DEFAULT, own), supplies)?;
+    let noise_table = args.subject.noise_table.unwrap_or_default();
     let radar = Radar::paper(noise_table);
     let evaluation = Evaluation {
         segments: &set.segments,
         roster: &roster,
         conditions: &radar.conditions(),
         radar: &radar,
-        seed: args.seed,
+        seed: args.subject.seed,
     };
     let bar = progress::bar(evaluation.units(), "Evaluating");
     let cells = evaluation.run(&|| bar.inc(1));
@@ -84,16 +86,16 @@ fn evaluate(args: &Args, flights: &Path) -> Result<Results, EvaluateError> {
         command: command_line("host-sim"),
         version: env!("CARGO_PKG_VERSION"),
         tree: env!("BNKF_TREE"),
-        seed: args.seed,
+        seed: args.subject.seed,
         data: flights.display().to_string(),
         data_sha256: set.sha256,
         flights: set.flights,
         segments: set.segments.len(),
         unplaced: set.unplaced,
         remarks: set.remarks,
-        segment_s: args.segment_s,
-        placed: args.place,
-        radar_m: args.radar.0,
+        segment_s: args.subject.segment_s,
+        placed: args.subject.place,
+        radar_m: args.subject.radar.0,
         noise_table,
         passes: args.passes,
         models: models.iter().map(ModelProvenance::from).collect(),

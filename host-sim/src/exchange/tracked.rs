@@ -1,0 +1,120 @@
+//! What the firmware's tracker says of plots without a truth beside them.
+
+use bnkf::{Estimate, LateTracker, Measurement, Mode, Settings, StepError, Tracker, TrackerError};
+
+use super::plots::{Plot, Target};
+use crate::contest::model::Model;
+use crate::csv_text::number;
+use crate::filter::Nis;
+
+/// Answer to one plot.
+#[derive(Clone, Copy, Debug)]
+pub struct Answer {
+    /// The plot.
+    pub plot: Plot,
+    /// What the tracker said.
+    pub estimate: Result<Estimate, StepError>,
+}
+
+/// Columns of the table of answers, after `flight`. Units stand in the names.
+pub const HEADER: [&str; 22] = [
+    "flight",
+    "line",
+    "time_us",
+    "x_m",
+    "y_m",
+    "z_m",
+    "xx_m2",
+    "xy_m2",
+    "xz_m2",
+    "yy_m2",
+    "yz_m2",
+    "zz_m2",
+    "vx_mps",
+    "vy_mps",
+    "vz_mps",
+    "nis",
+    "nis_degrees",
+    "mode",
+    "outside",
+    "manoeuvre",
+    "wrong_reading",
+    "refused",
+];
+
+/// Runs a tracker over everything that was said of a target, in the order in which it came.
+///
+/// # Errors
+/// The settings do not fit to the model.
+pub fn run(
+    model: &Model,
+    settings: Settings,
+    target: &Target,
+) -> Result<Vec<Answer>, TrackerError> {
+    let mut tracker = LateTracker::new(Tracker::new(model.blob(), settings)?);
+    let answer = |plot: &Plot| Answer {
+        plot: *plot,
+        estimate: match &plot.reading {
+            Some(reading) => tracker.step(&Measurement::from(reading)),
+            None => tracker.coast(plot.time_us),
+        },
+    };
+    Ok(target.plots.iter().map(answer).collect())
+}
+
+impl Answer {
+    /// Normalised innovation squared, where a reading met a prediction.
+    pub fn nis(&self) -> Option<Nis> {
+        let estimate = self.estimate.as_ref().ok()?;
+        let reading = self.plot.reading.as_ref()?;
+        let met = matches!(estimate.mode, Mode::Tracking | Mode::Rejected);
+        met.then(|| Nis {
+            value: f64::from(estimate.nis),
+            degrees: reading.measured(),
+        })
+    }
+
+    /// A row of the table.
+    pub fn row(&self, flight: &str) -> Vec<String> {
+        let mut row = vec![
+            flight.to_owned(),
+            self.plot.line.to_string(),
+            self.plot.time_us.to_string(),
+        ];
+        match &self.estimate {
+            Err(error) => {
+                row.resize(HEADER.len() - 1, String::new());
+                row.push(error.to_string());
+            }
+            Ok(estimate) => {
+                let p = estimate.covariance_m2;
+                row.extend(estimate.position_m.map(|x| number(f64::from(x))));
+                let upper = [p[0][0], p[0][1], p[0][2], p[1][1], p[1][2], p[2][2]];
+                row.extend(upper.map(|x| number(f64::from(x))));
+                let velocity = estimate.motion.map(|motion| motion.velocity_mps);
+                let velocity = velocity.map(|v| v.map(|x| number(f64::from(x))));
+                row.extend(velocity.unwrap_or_default());
+                let nis = self.nis();
+                row.push(nis.map_or(String::new(), |nis| number(nis.value)));
+                row.push(nis.map_or(String::new(), |nis| nis.degrees.to_string()));
+                row.push(mode(estimate.mode).to_owned());
+                row.push(estimate.outside.to_string());
+                row.push(number(f64::from(estimate.doubt.manoeuvre)));
+                row.push(number(f64::from(estimate.doubt.outlier)));
+                row.push(String::new());
+            }
+        }
+        row
+    }
+}
+
+/// A mode's name in tables.
+pub const fn mode(mode: Mode) -> &'static str {
+    match mode {
+        Mode::Started => "started",
+        Mode::Tracking => "tracking",
+        Mode::Coasting => "coasting",
+        Mode::Rejected => "rejected",
+        Mode::Restarted => "restarted",
+    }
+}
