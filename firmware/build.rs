@@ -19,29 +19,35 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
 
+    let out = PathBuf::from(env::var("OUT_DIR")?);
+    let folder = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?);
     if env::var_os("CARGO_FEATURE_SAME_BITS").is_some() {
-        let script = PathBuf::from(env::var("OUT_DIR")?).join("same-bits.x");
+        let script = out.join("same-bits.x");
         std::fs::write(&script, emulated_memory(&target)?)
             .map_err(|error| format!("{}: {error}", script.display()))?;
         println!("cargo::rustc-link-arg-bin=same-bits=-T{}", script.display());
     }
 
+    // Arguments of these programs alone: a crate that depends on this one has its own memory map.
+    if target.starts_with("thumb") {
+        let memory = folder.join("memory.x");
+        println!("cargo::rerun-if-changed={}", memory.display());
+        std::fs::copy(&memory, out.join("memory.x"))
+            .map_err(|error| format!("{}: {error}", memory.display()))?;
+        println!("cargo::rustc-link-arg-examples=-L{}", out.display());
+        println!("cargo::rustc-link-arg-examples=-Tlink.x");
+    }
     if env::var_os("CARGO_FEATURE_IMAGE").is_none() {
         return Ok(());
     }
-    let workspace = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?).join("..");
+    for program in ["tracker-image", "bench"] {
+        println!("cargo::rustc-link-arg-bin={program}=-L{}", out.display());
+        println!("cargo::rustc-link-arg-bin={program}=-Tlink.x");
+        println!("cargo::rustc-link-arg-bin={program}=-Tdefmt.x");
+    }
 
-    let memory = workspace.join("memory.x");
-    println!("cargo::rerun-if-changed={}", memory.display());
-    let out = PathBuf::from(env::var("OUT_DIR")?);
-    std::fs::copy(&memory, out.join("memory.x"))
-        .map_err(|error| format!("{}: {error}", memory.display()))?;
-    println!("cargo::rustc-link-search={}", out.display());
-    println!("cargo::rustc-link-arg-bin=tracker-image=-Tlink.x");
-    println!("cargo::rustc-link-arg-bin=tracker-image=-Tdefmt.x");
-
-    let blob =
-        env::var_os("BNKF_BLOB").map_or_else(|| workspace.join("models/bnkf.bnkf"), PathBuf::from);
+    let blob = env::var_os("BNKF_BLOB")
+        .map_or_else(|| folder.join("models/recursive.bnkf"), PathBuf::from);
     println!("cargo::rerun-if-changed={}", blob.display());
     let blob = blob
         .canonicalize()
@@ -59,7 +65,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// are used, so there is nothing to copy at the start.
 fn emulated_memory(target: &str) -> Result<String, String> {
     let (code, ram): (u32, u32) = match target {
-        // mps2-an385, lm3s6965evb, mps2-an386
+        // mps2-an385, lm3s6965evb, netduinoplus2
         "thumbv6m-none-eabi" | "thumbv7m-none-eabi" | "thumbv7em-none-eabihf" => (0, 0x2000_0000),
         // mps2-an505, in its secure memory
         "thumbv8m.main-none-eabihf" => (0x1000_0000, 0x3800_0000),

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Installs what the tests need beyond a Rust toolchain: a C linker for the host, a compiler for the
-# Cortex-M4F, QEMU, and a browser for the report. Does nothing, quickly, when all is there. Says
-# what it uses.
+# Installs what the tests need beyond a Rust toolchain: a C compiler for the host and one for the
+# Cortex-M4F, CMake, a Rust compiler for the Cortex-M4F, QEMU, and a browser for the report. Does
+# nothing, quickly, when all is there. Says what it uses.
 set -euo pipefail
 
 target=thumbv7em-none-eabihf
@@ -68,6 +68,9 @@ if ! command -v cargo >/dev/null; then
     exit 1
 fi
 command -v cc >/dev/null || missing+=(gcc libc6-dev)
+command -v c++ >/dev/null || missing+=(g++)
+command -v arm-none-eabi-gcc >/dev/null || missing+=(gcc-arm-none-eabi)
+command -v cmake >/dev/null || missing+=(cmake)
 command -v qemu-system-arm >/dev/null || missing+=(qemu-system-arm)
 browser || missing+=(chromium)
 if [ ${#missing[@]} -gt 0 ]; then

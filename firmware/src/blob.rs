@@ -26,6 +26,32 @@ const CRC32: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 type Header = [u8; field::HEADER_LEN];
 
 /// A checked model blob; see `BLOB.md` for the format.
+///
+/// ```
+/// use bnkf::blob::{Blob, BlobError, BlobField, FeatureLayout, Floats, Kind};
+/// use bnkf::blob::{LayerView, NetworkView, ParameterLimits};
+/// # static BLOB: &[u8] = include_bytes!("../models/recursive.bnkf");
+///
+/// match Blob::parse(&BLOB[1..]) {
+///     Err(BlobError::NotABlob) => println!("these are other bytes"),
+///     Err(BlobError::Invalid(BlobField::Layers)) => println!("no network has so many layers"),
+///     other => panic!("{other:?}"),
+/// }
+///
+/// let blob = Blob::parse(BLOB)?;
+/// assert_eq!(blob.kind(), Kind::Recursive);
+/// let layout: FeatureLayout = blob.features();
+/// let parameters: Floats<'_> = blob.parameters();
+/// for (value, limits) in parameters.iter().zip(blob.kind().parameter_limits()) {
+///     let ParameterLimits { name, least, most } = limits;
+///     assert!((*least..=*most).contains(&value), "{name}");
+/// }
+/// let network: NetworkView<'_> = blob.networks().next().expect("a blob has one at least");
+/// let layer: LayerView<'_> = network.layer(0);
+/// assert_eq!(layer.inputs, layout.len());
+/// println!("the first weight is {} with variance {}", layer.mean(0, 0), layer.variance(0, 0));
+/// # Ok::<(), BlobError>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Blob<'a> {
     header: &'a Header,

@@ -6,6 +6,16 @@ use crate::step_error::StepError;
 use crate::tracker::Tracker;
 
 /// One call of a tracker that moves it on.
+///
+/// ```
+/// use bnkf::{Call, Measurement};
+///
+/// /// A scan's call, whether the radar saw the target or not.
+/// fn of_scan(time_us: u64, seen: Option<Measurement>) -> Call {
+///     Call::new(time_us, seen)
+/// }
+/// assert_eq!(of_scan(100, None), Call::Coast(100));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -29,6 +29,18 @@ pub enum Tick {
 /// A time that lies absurdly far ahead or behind is refused. If the very next measurement agrees
 /// with it, within [`AHEAD_MAX_US`] after it, the clock was set or the silence was long: the track
 /// starts anew there. That is the way back from any wrong time, besides a reset.
+///
+/// ```
+/// use bnkf::clock::{Clock, ClockError, Tick};
+///
+/// let mut clock = Clock::NEW;
+/// assert_eq!(clock.measured(5_000_000), Ok(Tick::Anew));
+/// clock.advance(5_000_000);
+/// assert_eq!(clock.measured(5_100_000), Ok(Tick::Next));
+/// assert_eq!(clock.measured(4_000_000), Err(ClockError::WentBack));
+/// // The next one agrees with it: the clock was set.
+/// assert_eq!(clock.measured(4_100_000), Ok(Tick::Anew));
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Clock {
     pub(crate) latest_us: Option<u64>,

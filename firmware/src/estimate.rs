@@ -65,6 +65,26 @@ impl Doubt {
 
 /// Position and covariance at one instant; x east, y north, z up, origin as in
 /// the measurements.
+///
+/// ```
+/// use bnkf::{Doubt, Estimate, Mode, Motion};
+///
+/// fn log(estimate: &Estimate) {
+///     let [x, y, z] = estimate.position_m;
+///     match estimate.mode {
+///         Mode::Rejected => println!("the reading was not the target's: {:?}", estimate.doubt),
+///         mode => println!("{mode:?} at {x} {y} {z}"),
+///     }
+///     let Doubt { manoeuvre, .. } = estimate.doubt;
+///     if manoeuvre > 0.9 {
+///         println!("it turns, or brakes");
+///     }
+///     // A recursive model's; a memoryless one has none.
+///     if let Some(Motion { velocity_mps, .. }) = estimate.motion {
+///         println!("moves at {velocity_mps:?}");
+///     }
+/// }
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

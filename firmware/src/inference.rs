@@ -4,6 +4,16 @@ use crate::blob::field;
 use crate::spread::Spread;
 
 /// What becomes of the doubt about the weights.
+///
+/// ```
+/// use bnkf::{Inference, Passes, PassesError};
+///
+/// let sixteen = Inference::of_passes(16)?;
+/// assert!(matches!(sixteen, Inference::Passes(passes) if Passes::count(passes) == 16));
+/// assert_eq!(Inference::of_passes(1)?, Inference::Mean);
+/// assert_eq!(Inference::of_passes(0), Err(PassesError(0)));
+/// # Ok::<(), PassesError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(

@@ -29,6 +29,29 @@ pub const CALLS_MAX: usize = 40;
 /// one time as they came, and a measurement in place of a coast to its time. A late measurement costs its
 /// own step and those of the calls kept, at most [`CALLS_MAX`] and of about a second; any other costs
 /// what it always did, and about twice a second a copy of the track.
+///
+/// ```
+/// use bnkf::{LateTracker, Measurement, Model, Sensed, Sensor, Settings, Tracker};
+/// # static BLOB: &[u8] = include_bytes!("../models/recursive.bnkf");
+///
+/// let model = Model::new(BLOB)?;
+/// let mut tracker = LateTracker::new(Tracker::new(model, Settings::of(model.blob()))?);
+/// let plot = |time_us| Measurement {
+///     time_us,
+///     range: Some(Sensed { value: 30.0, sigma: 0.5 }),
+///     azimuth: Some(Sensed { value: 0.5, sigma: 0.01 }),
+///     elevation: None,
+///     range_rate: None,
+///     sensor: Sensor::ORIGIN,
+/// };
+/// for time_us in [100_000, 200_000, 400_000, 300_000] {
+///     tracker.step(&plot(time_us))?;
+/// }
+/// // The last one was late: its own step and the one after it ran.
+/// assert_eq!(tracker.calls_rerun(), 2);
+/// assert_eq!(tracker.tracker().latest_us(), Some(400_000));
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct LateTracker<'a> {
     tracker: Tracker<'a>,

@@ -8,7 +8,7 @@
 //! ```
 //! use bnkf::{Measurement, Mode, Model, Sensed, Sensor, Settings, Tracker};
 //!
-//! static BLOB: &[u8] = include_bytes!("../../models/recursive.bnkf");
+//! static BLOB: &[u8] = include_bytes!("../models/recursive.bnkf");
 //!
 //! let model = Model::new(BLOB)?;
 //! let mut tracker = Tracker::new(model, Settings::of(model.blob()))?;
@@ -35,7 +35,7 @@
 //!
 //! ```
 //! # use bnkf::{Measurement, Model, Sensed, Sensor, Settings, Track, Workspace};
-//! # static BLOB: &[u8] = include_bytes!("../../models/recursive.bnkf");
+//! # static BLOB: &[u8] = include_bytes!("../models/recursive.bnkf");
 //! let model = Model::new(BLOB)?;
 //! let settings = Settings::of(model.blob());
 //! let mut workspace = Workspace::new();
@@ -102,6 +102,28 @@
 //! integer kernels cannot overflow for any blob that was parsed (constant assertions in `kernel`), and offsets
 //! and sizes are bounded by what was parsed; in a release build whatever else there is would wrap.
 //!
+//! Beside these pages are programs: `examples/single.rs`, `many.rs` (plots of several targets sorted by likelihood),
+//! `interrupt.rs` (measurements that come in an interrupt), and `c/`.
+//!
+//! # Features
+//!
+//! None is on by default.
+//!
+//! | feature | what |
+//! |---|---|
+//! | `serde` | `Serialize` and `Deserialize` for public values: measurements, estimates, settings, errors |
+//! | `defmt` | `defmt::Format` for the same |
+//! | `c` | the functions that `include/bnkf.h` declares |
+//! | `c-library` | `c` for a static library that stands alone: with a panic handler, which must not be needed |
+//! | `image`, `image-board` | the program `tracker-image` for a Cortex-M4F, for QEMU or a debugger, or a board of its own |
+//! | `bench` | the program `bench`, which counts cycles on a board; not yet run on one |
+//! | `same-bits`, `panic-free` | programs that tests build: the same bits on every core, no path to a panic |
+//!
+//! # Oldest compiler
+//!
+//! Rust 1.90, which CI checks. A newer one is asked for only in a release that changes the second number of the
+//! version (0.x), with a line in the changelog, and never one younger than half a year.
+//!
 //! What this is not: no attitude estimation, no multi-target association, no networking.
 #![no_std]
 #![warn(missing_debug_implementations)]
@@ -109,26 +131,39 @@
 #[cfg(test)]
 extern crate std;
 
+// Hidden from the documentation is what only this workspace uses, and changes without notice.
 pub mod blob;
+#[cfg(feature = "c")]
+pub mod c;
 pub mod call;
+#[doc(hidden)]
 pub mod cholesky;
 pub mod clock;
+#[doc(hidden)]
 pub mod ekf;
 pub mod estimate;
+#[doc(hidden)]
 pub mod gaussian;
 mod inference;
+#[doc(hidden)]
 pub mod kernel;
 pub mod late;
 pub mod likelihood;
 pub mod measurement;
+#[doc(hidden)]
 pub mod memoryless;
 mod model;
 pub mod mounting;
+#[doc(hidden)]
 pub mod network;
 pub mod protocol;
+#[doc(hidden)]
 pub mod radar;
+#[doc(hidden)]
 pub mod recursive;
+#[doc(hidden)]
 pub mod rng;
+#[doc(hidden)]
 pub mod scalar;
 pub mod sensor;
 mod series;
@@ -141,6 +176,7 @@ mod workspace;
 
 pub use call::Call;
 pub use clock::WrappingClock;
+pub use ekf::EkfError;
 pub use estimate::{Doubt, Estimate, Mode, Motion};
 pub use inference::{Inference, Passes, PassesError};
 pub use late::LateTracker;

@@ -11,6 +11,18 @@ use crate::recursive::correction::GATE_NIS;
 /// target moves as the model says and the sensor is as good as it says. That a reading may be wrong
 /// is left out on purpose: such a reading fits every track equally, and whoever associates has a
 /// model of false plots of his own. The gate alone asks as `step` does, under all hypotheses.
+///
+/// ```
+/// use bnkf::Likelihood;
+///
+/// /// Of the tracks that take a plot at all, the one that expects it most.
+/// fn best(fits: &[Likelihood]) -> Option<usize> {
+///     let taken = fits.iter().enumerate().filter(|(_, fit)| fit.passes_gate);
+///     let best = taken.max_by(|(_, a), (_, b)| a.ln_likelihood.total_cmp(&b.ln_likelihood));
+///     best.map(|(place, _)| place)
+/// }
+/// assert_eq!(best(&[]), None);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

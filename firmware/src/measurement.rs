@@ -196,6 +196,7 @@ impl Measurement {
 }
 
 /// A measurement as vectors for the filter step, in the order elevation, azimuth, range, range-rate.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug)]
 pub struct Vectors<S> {
     /// Values; zero where nothing was measured.

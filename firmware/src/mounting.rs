@@ -14,6 +14,15 @@ pub struct Mounting {
 }
 
 /// A direction in the track's axes, for a [`Measurement`](crate::Measurement).
+///
+/// ```
+/// use bnkf::{Direction, Mounting, Sensed};
+///
+/// let ahead = Sensed { value: 0.0, sigma: 0.01 };
+/// let Direction { elevation, azimuth } = Mounting::new(0.5, 0.0, 0.0).direction(ahead, ahead);
+/// assert_eq!(elevation.value, 0.0);
+/// assert!(azimuth.is_some_and(|azimuth| (azimuth.value - 0.5).abs() < 1e-6));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

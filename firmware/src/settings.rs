@@ -18,6 +18,22 @@ pub enum Correction {
 }
 
 /// Choices of a [`Tracker`](crate::Tracker).
+///
+/// ```
+/// use bnkf::{Correction, Inference, Model, Settings, Track, TrackerError};
+/// # static BLOB: &[u8] = include_bytes!("../models/recursive.bnkf");
+///
+/// let model = Model::new(BLOB)?;
+/// let settings = Settings {
+///     inference: Inference::of_passes(16)?,
+///     ..Settings::of(model.blob())
+/// };
+/// Track::new(&model, settings)?;
+/// let wrong = Settings { correction: Correction::None, ..settings };
+/// let refusal = TrackerError::Correction(Correction::None);
+/// assert_eq!(Track::new(&model, wrong).err(), Some(refusal));
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

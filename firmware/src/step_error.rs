@@ -6,6 +6,23 @@ use crate::measurement::{Channel, MeasurementError};
 
 /// Why a step was refused; the tracker is as before, apart from its random stream and what it
 /// remembers of strange times (see [`Clock`](crate::clock::Clock)).
+///
+/// ```
+/// use bnkf::{Channel, EkfError, MeasurementError, SensorError, StepError};
+///
+/// fn advice(error: StepError) -> &'static str {
+///     match error {
+///         StepError::Measurement(MeasurementError::Sigma(Channel::Azimuth)) => "no such azimuth sigma",
+///         StepError::Measurement(MeasurementError::Sensor(SensorError::TooFar)) => "choose another origin",
+///         StepError::Missing(_) => "this radar does not measure what the model needs",
+///         StepError::Repeated | StepError::TimeWentBack { .. } => "look at the radar's clock",
+///         StepError::Lost | StepError::NotStarted => "wait for the next measurement",
+///         StepError::Correction(EkfError::NotFinite) => "it fits not at all",
+///         _ => "log it",
+///     }
+/// }
+/// assert_eq!(advice(StepError::Repeated), "look at the radar's clock");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -26,6 +26,28 @@ use crate::workspace::Workspace;
 ///
 /// Every estimate is finite, its covariances are positive definite, and its mode is what happened;
 /// `docs/limits.md` lists what is refused and bounded, and why.
+///
+/// ```
+/// use bnkf::{Model, OtherKind, Settings, TRACK_SNAPSHOT_BYTES, Track, TrackBytesError, TrackField};
+/// # static BLOB: &[u8] = include_bytes!("../models/recursive.bnkf");
+///
+/// let model = Model::new(BLOB)?;
+/// let track = Track::new(&model, Settings::of(model.blob()))?;
+/// let mut bytes = [0; TRACK_SNAPSHOT_BYTES];
+/// track.to_bytes(&mut bytes);
+/// let mut read = Track::from_bytes(&bytes)?;
+/// match read.hand_over(&model) {
+///     Ok(()) => assert_eq!(read.latest_us(), None),
+///     Err(OtherKind { track, model }) => panic!("{track:?} is not {model:?}"),
+/// }
+/// bytes[100] ^= 1;
+/// match Track::from_bytes(&bytes) {
+///     Err(TrackBytesError::WrongChecksum) => println!("bytes were lost"),
+///     Err(TrackBytesError::Invalid(TrackField::Clock)) => println!("it comes from the future"),
+///     other => panic!("{other:?}"),
+/// }
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Track {
     /// Checksum of the model it runs on.

@@ -10,8 +10,8 @@ use bnkf::{
     StepError, Tracker,
 };
 
-const RECURSIVE: &[u8] = include_bytes!("../../models/recursive.bnkf");
-const MEMORYLESS: &[u8] = include_bytes!("../../tests/golden/tiny_bnkf.bnkf");
+const RECURSIVE: &[u8] = include_bytes!("../models/recursive.bnkf");
+const MEMORYLESS: &[u8] = include_bytes!("golden/tiny_bnkf.bnkf");
 const BLOBS: [&[u8]; 2] = [RECURSIVE, MEMORYLESS];
 
 fn tracker(bytes: &[u8], passes: u16) -> Tracker<'_> {

@@ -66,9 +66,10 @@ pub fn build_image(
         fs::write(&blob_path, blob).map_err(io(&blob_path))?;
     }
 
-    let built = build(toolchain, BINARY, IMAGE, |command| {
-        command.env("BNKF_BLOB", &blob_path);
-    })?;
+    let mut command = toolchain.cargo("build");
+    command.args(["--bin", BINARY, "--features", IMAGE]);
+    command.env("BNKF_BLOB", &blob_path);
+    let built = build(toolchain, command)?.join(BINARY);
     fs::copy(&built, image).map_err(io(&built))?;
     Ok(())
 }
@@ -78,7 +79,30 @@ pub fn build_image(
 /// # Errors
 /// The sources are missing, or the compiler or the linker failed.
 pub fn build_program(toolchain: &Toolchain, name: &str) -> Result<PathBuf, ImageBuildError> {
-    build(toolchain, name, name, |_| {})
+    let mut command = toolchain.cargo("build");
+    command.args(["--bin", name, "--features", name]);
+    Ok(build(toolchain, command)?.join(name))
+}
+
+/// Builds the example `name` of the firmware's package.
+///
+/// # Errors
+/// The sources are missing, or the compiler or the linker failed.
+pub fn build_example(toolchain: &Toolchain, name: &str) -> Result<PathBuf, ImageBuildError> {
+    let mut command = toolchain.cargo("build");
+    command.args(["--example", name]);
+    Ok(build(toolchain, command)?.join("examples").join(name))
+}
+
+/// Builds the static library for C.
+///
+/// # Errors
+/// The sources are missing, or the compiler failed.
+pub fn build_library(toolchain: &Toolchain) -> Result<PathBuf, ImageBuildError> {
+    let mut command = toolchain.cargo("rustc");
+    command.args(["--lib", "--crate-type", "staticlib"]);
+    command.args(["--features", "c-library"]);
+    Ok(build(toolchain, command)?.join("libbnkf.a"))
 }
 
 fn workspace() -> Result<PathBuf, ImageBuildError> {
@@ -91,7 +115,10 @@ fn workspace() -> Result<PathBuf, ImageBuildError> {
 }
 
 /// Where a toolchain's artefacts lie.
-fn target_dir(toolchain: &Toolchain) -> Result<PathBuf, ImageBuildError> {
+///
+/// # Errors
+/// The sources are missing, or the folder cannot be made.
+pub fn target_dir(toolchain: &Toolchain) -> Result<PathBuf, ImageBuildError> {
     let target_dir = match env::var_os("CARGO_TARGET_DIR") {
         Some(folder) => PathBuf::from(folder),
         None => workspace()?.join("target"),
@@ -102,21 +129,14 @@ fn target_dir(toolchain: &Toolchain) -> Result<PathBuf, ImageBuildError> {
         .map_err(|cause| ImageBuildError::Io { path, cause })
 }
 
-fn build(
-    toolchain: &Toolchain,
-    binary: &str,
-    feature: &str,
-    with: impl FnOnce(&mut Command),
-) -> Result<PathBuf, ImageBuildError> {
+/// Runs the compiler; answers where its artefacts lie.
+fn build(toolchain: &Toolchain, mut command: Command) -> Result<PathBuf, ImageBuildError> {
     let target_dir = target_dir(toolchain)?;
-    let mut command = toolchain.cargo_build();
     command
-        .args(["--package", PACKAGE, "--bin", binary])
-        .args(["--features", feature, "--profile", IMAGE, "--locked"])
+        .args(["--package", PACKAGE, "--profile", IMAGE, "--locked"])
         .arg("--target-dir")
         .arg(&target_dir)
         .current_dir(workspace()?);
-    with(&mut command);
     let status = command.status().map_err(|cause| ImageBuildError::Io {
         path: command.get_program().into(),
         cause,
@@ -124,5 +144,5 @@ fn build(
     if !status.success() {
         return Err(ImageBuildError::Compiler { status });
     }
-    Ok(target_dir.join(toolchain.target()).join(IMAGE).join(binary))
+    Ok(target_dir.join(toolchain.target()).join(IMAGE))
 }

@@ -111,10 +111,10 @@ impl Toolchain {
         self.target
     }
 
-    /// `cargo build` for the target, with what this toolchain needs; the caller adds the package.
-    pub fn cargo_build(&self) -> Command {
+    /// `cargo build` or `cargo rustc` for the target, with what this toolchain needs; the caller adds the package.
+    pub fn cargo(&self, subcommand: &str) -> Command {
         let mut command = Command::new(&self.cargo);
-        command.args(["build", "--target", self.target]);
+        command.args([subcommand, "--target", self.target]);
         // Flags meant for the host (a CPU, a sanitiser) must not reach the microcontroller.
         command.env_remove("RUSTFLAGS");
         command.env_remove("CARGO_ENCODED_RUSTFLAGS");

@@ -5,6 +5,7 @@
 #![no_main]
 #![allow(unsafe_code)]
 
+mod flight;
 mod hash;
 
 use core::arch::global_asm;

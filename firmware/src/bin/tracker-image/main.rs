@@ -6,7 +6,7 @@
 //! does not depend on what the line carries.
 //!
 //! `host-sim image` builds and runs it. By hand, with the blob of `BNKF_BLOB` (default:
-//! `models/bnkf.bnkf`) and the memory map in `memory.x`:
+//! `models/recursive.bnkf`) and the memory map in `memory.x`:
 //!
 //! ```text
 //! cargo build -p bnkf --bin tracker-image --features image --profile image --target thumbv7em-none-eabihf
