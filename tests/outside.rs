@@ -39,7 +39,7 @@ fn the_readme_builds_as_it_is_printed() {
     fs::create_dir(node.join("src")).unwrap();
     fs::write(
         node.join("Cargo.toml"),
-        format!("{package}{}\n[workspace]\n", printed("toml")),
+        format!("{package}{}", printed("toml")),
     )
     .unwrap();
     fs::write(node.join("src/lib.rs"), printed("rust")).unwrap();

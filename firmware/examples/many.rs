@@ -9,6 +9,10 @@ static BLOB: &[u8] = include_bytes!("../models/recursive.bnkf");
 /// Targets that are looked for at most.
 const TRACKS: usize = 4;
 
+/// Normalised innovation squared that one plot in a thousand of a track's own four channels exceeds. The tracker's
+/// own gate is wider: it takes readings that are probably wrong at their small weight.
+const NIS_OWN: f32 = 18.5;
+
 /// What does not change while targets come and go.
 struct Picture<'a> {
     model: Model<'a>,
@@ -32,7 +36,7 @@ impl<'a> Picture<'a> {
         let mut best = None;
         for (place, track) in self.tracks.iter_mut().enumerate() {
             match track.likelihood(&self.model, &mut self.workspace, plot) {
-                Ok(fit) if fit.passes_gate => {
+                Ok(fit) if fit.passes_gate && fit.nis < NIS_OWN => {
                     let score = fit.ln_likelihood;
                     if best.is_none_or(|(_, best)| score > best) {
                         best = Some((place, score));

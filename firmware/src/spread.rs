@@ -1,6 +1,15 @@
 //! Whose standard deviations a Monte Carlo pass draws with.
 
 /// Whose standard deviations the pre-activations of a pass are drawn with.
+///
+/// ```
+/// use bnkf::{Inference, Spread};
+///
+/// let sixteen = Inference::of_passes(16)?;
+/// let is = |spread| move |inference| matches!(inference, Inference::Passes(passes) if passes.spread() == spread);
+/// assert!(is(Spread::Exact)(sixteen) && is(Spread::Frozen)(sixteen.frozen()));
+/// # Ok::<(), bnkf::PassesError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
