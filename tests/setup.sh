@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what the tests need beyond a Rust toolchain: a C linker for the host, a compiler for the
-# Cortex-M4F, QEMU, and a browser for the report. Does nothing, quickly, when all is there. Says
-# what it uses.
+# Cortex-M4F, QEMU, a browser for the report, and Python for the wheel. Does nothing, quickly, when all
+# is there. Says what it uses.
 set -euo pipefail
 
 target=thumbv7em-none-eabihf
@@ -70,6 +70,8 @@ fi
 command -v cc >/dev/null || missing+=(gcc libc6-dev)
 command -v qemu-system-arm >/dev/null || missing+=(qemu-system-arm)
 browser || missing+=(chromium)
+# The wheel's test makes an environment.
+python3 -c 'import ensurepip, venv' 2>/dev/null || missing+=(python3 python3-venv)
 if [ ${#missing[@]} -gt 0 ]; then
     apt_install "${missing[@]}"
 fi
