@@ -58,7 +58,7 @@ fn metadata(folder: &str) -> serde_json::Value {
 fn every_dependency_has_an_allowed_licence() {
     let metadata = ["", "firmware/python"].map(metadata);
     let mut found: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
-    let packages = |of| metadata[of]["packages"].as_array().expect("packages");
+    let packages = |of: usize| metadata[of]["packages"].as_array().expect("packages");
     for package in packages(0).iter().chain(packages(1)) {
         let licence = package["license"].as_str().unwrap_or("none named");
         let name = package["name"].as_str().expect("a name");

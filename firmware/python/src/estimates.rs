@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use crate::error::SettingsError;
 use crate::model::Model;
 use crate::readings::calls;
-use crate::settings::{Asked, settings};
+use crate::settings::settings;
 
 /// A mode's name as an element of an array: dtype "<U9".
 type Name = PyFixedUnicode<9>;
@@ -67,7 +67,7 @@ pub fn track(
     py: Python<'_>,
     model: &Bound<'_, Model>,
     readings: &Bound<'_, PyAny>,
-    inference: Option<Asked>,
+    inference: Option<&Bound<'_, PyAny>>,
     frozen_spreads: bool,
     correction: Option<&str>,
     seed: u64,

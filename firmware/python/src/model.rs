@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use bnkf::blob::Kind;
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 use self_cell::self_cell;
 
 use crate::error;
@@ -30,22 +31,18 @@ pub struct Model {
     pub owned: Arc<Owned>,
 }
 
-#[derive(FromPyObject)]
-enum Source {
-    Bytes(Vec<u8>),
-    Path(PathBuf),
-}
-
 #[pymethods]
 impl Model {
     #[new]
-    fn new(source: Source) -> PyResult<Self> {
-        let bytes = match source {
-            Source::Bytes(bytes) => bytes,
-            Source::Path(path) => std::fs::read(&path).map_err(|cause| {
+    fn new(source: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let bytes = if let Ok(bytes) = source.cast::<PyBytes>() {
+            bytes.as_bytes().to_vec()
+        } else {
+            let path: PathBuf = source.extract()?;
+            std::fs::read(&path).map_err(|cause| {
                 let said = format!("{}: {cause}", path.display());
                 std::io::Error::new(cause.kind(), said)
-            })?,
+            })?
         };
         let owned = Owned::try_new(bytes.into(), |bytes| bnkf::Model::new(bytes));
         owned

@@ -9,7 +9,7 @@ use crate::estimate::Estimate;
 use crate::likelihood::Likelihood;
 use crate::measurement::{Channel, measurement};
 use crate::model::Model;
-use crate::settings::{Asked, settings};
+use crate::settings::settings;
 
 /// Estimates the position of one target from its radar measurements.
 ///
@@ -29,7 +29,7 @@ impl Tracker {
     #[pyo3(signature = (model, inference=None, *, frozen_spreads=false, correction=None, seed=1))]
     fn new(
         model: &Bound<'_, Model>,
-        inference: Option<Asked>,
+        inference: Option<&Bound<'_, PyAny>>,
         frozen_spreads: bool,
         correction: Option<&str>,
         seed: u64,

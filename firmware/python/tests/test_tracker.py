@@ -20,8 +20,10 @@ def test_models_say_what_they_are(model, memoryless, tmp_path):
     assert model.checksum != memoryless.checksum
     with pytest.raises(FileNotFoundError, match="none.bnkf"):
         bnkf.Model(tmp_path / "none.bnkf")
-    with pytest.raises(bnkf.ModelError, match="."):
+    with pytest.raises(bnkf.ModelError, match="blob is truncated: 24 bytes needed, 15 given"):
         bnkf.Model(b"no model at all")
+    with pytest.raises(TypeError, match="expected str, bytes or os.PathLike object, not int"):
+        bnkf.Model(3)
 
 
 def test_estimates_have_shapes_and_modes(model):
@@ -127,7 +129,9 @@ def test_settings_are_told_apart(model, memoryless):
     alone = bnkf.track(memoryless, rows, 2, correction="none").position_m
     assert not np.array_equal(alone, bnkf.track(memoryless, rows, 2).position_m, equal_nan=True)
     for said, arguments in [
-        ("inference: \"best\" is not one", {"inference": "best"}),
+        ("inference: 'best' is not \"mean\", \"moments\" or a number", {"inference": "best"}),
+        ("inference: 2.5 is not", {"inference": 2.5}),
+        ("passes: 70000 is not in 1..=10000", {"inference": 70_000}),
         ("passes: 0 is not in 1..=10000", {"inference": 0}),
         ("correction: \"half\" is not one", {"correction": "half"}),
         ("correction: None does not fit a recursive blob", {"correction": "none"}),
