@@ -1,5 +1,5 @@
 //! Tracks flights as `speed.py` wrote them, with nothing of Python: MODEL READINGS POSITIONS SAMPLES. Prints the seconds
-//! that the tracking took.
+//! that each flight took.
 
 use std::error::Error;
 use std::time::Instant;
@@ -24,9 +24,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         .map(|number| f64::from_le_bytes(*number))
         .collect();
     let flight = samples.parse::<usize>()? * COLUMNS;
-    let start = Instant::now();
     let mut estimated = Vec::new();
     for flight in numbers.chunks_exact(flight) {
+        let start = Instant::now();
         let mut tracker = Tracker::new(model, Settings::of(model.blob()))?;
         for row in flight.as_chunks::<COLUMNS>().0 {
             let time_us = row[0] as u64;
@@ -50,8 +50,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             };
             estimated.extend(estimate.position_m);
         }
+        println!("{}", start.elapsed().as_secs_f64());
     }
-    println!("{}", start.elapsed().as_secs_f64());
     let bytes: Vec<u8> = estimated.iter().flat_map(|x| x.to_le_bytes()).collect();
     Ok(std::fs::write(positions, bytes)?)
 }
