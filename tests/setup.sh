@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what the tests need beyond a Rust toolchain: a C compiler for the host and one for the
-# Cortex-M4F, CMake, a Rust compiler for the Cortex-M4F, QEMU, and a browser for the report. Does
-# nothing, quickly, when all is there. Says what it uses.
+# Cortex-M4F, CMake, a Rust compiler for the Cortex-M4F, QEMU, a browser for the report, and Python for the
+# wheel. Does nothing, quickly, when all is there. Says what it uses.
 set -euo pipefail
 
 target=thumbv7em-none-eabihf
@@ -73,6 +73,8 @@ command -v arm-none-eabi-gcc >/dev/null || missing+=(gcc-arm-none-eabi)
 command -v cmake >/dev/null || missing+=(cmake)
 command -v qemu-system-arm >/dev/null || missing+=(qemu-system-arm)
 browser || missing+=(chromium)
+# The wheel's test makes an environment.
+python3 -c 'import ensurepip, venv' 2>/dev/null || missing+=(python3 python3-venv)
 if [ ${#missing[@]} -gt 0 ]; then
     apt_install "${missing[@]}"
 fi

@@ -25,6 +25,19 @@ pub enum Mode {
     Restarted,
 }
 
+impl Mode {
+    /// Its name in tables and in other languages.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Started => "started",
+            Self::Tracking => "tracking",
+            Self::Coasting => "coasting",
+            Self::Rejected => "rejected",
+            Self::Restarted => "restarted",
+        }
+    }
+}
+
 /// What a recursive tracker knows beside the position; frame as in [`Estimate`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

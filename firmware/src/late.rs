@@ -47,8 +47,8 @@ pub const CALLS_MAX: usize = 40;
 /// for time_us in [100_000, 200_000, 400_000, 300_000] {
 ///     tracker.step(&plot(time_us))?;
 /// }
-/// // The last one was late: its own step and the one after it ran.
-/// assert_eq!(tracker.calls_rerun(), 2);
+/// // The last one was late: it and the calls that are kept ran again.
+/// assert_eq!(tracker.calls_rerun(), 4);
 /// assert_eq!(tracker.tracker().latest_us(), Some(400_000));
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```

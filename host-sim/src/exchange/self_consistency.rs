@@ -5,7 +5,7 @@
 //! Kirubarajan, Estimation with Applications, section 5.4.2). It says nothing of what the readings do not show:
 //! gaps, and errors of the radar that all readings share.
 
-use super::tracked::{Answer, mode};
+use super::tracked::Answer;
 use crate::scoring::chi_square;
 use bnkf::Mode;
 
@@ -104,7 +104,7 @@ pub fn modes(answers: &[Answer]) -> String {
     for wanted in all {
         let count = count(wanted);
         if count > 0 {
-            said.push(format!("{count} {}", mode(wanted)));
+            said.push(format!("{count} {}", wanted.name()));
         }
     }
     if refused > 0 {

@@ -97,7 +97,7 @@ impl Answer {
                 let nis = self.nis();
                 row.push(nis.map_or(String::new(), |nis| number(nis.value)));
                 row.push(nis.map_or(String::new(), |nis| nis.degrees.to_string()));
-                row.push(mode(estimate.mode).to_owned());
+                row.push(estimate.mode.name().to_owned());
                 row.push(estimate.outside.to_string());
                 row.push(number(f64::from(estimate.doubt.manoeuvre)));
                 row.push(number(f64::from(estimate.doubt.outlier)));
@@ -105,16 +105,5 @@ impl Answer {
             }
         }
         row
-    }
-}
-
-/// A mode's name in tables.
-pub const fn mode(mode: Mode) -> &'static str {
-    match mode {
-        Mode::Started => "started",
-        Mode::Tracking => "tracking",
-        Mode::Coasting => "coasting",
-        Mode::Rejected => "rejected",
-        Mode::Restarted => "restarted",
     }
 }

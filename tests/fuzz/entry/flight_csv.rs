@@ -11,6 +11,7 @@ pub fn run(bytes: &[u8]) {
         time_unit: Some(TimeUnit::Ms),
         frame: Some(Frame::Ned),
         columns: None,
+        resample: None,
     };
     for options in [ReadOptions::default(), said] {
         match parse(bytes, "f.csv", &options) {
