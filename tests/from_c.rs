@@ -147,7 +147,8 @@ fn the_header_is_cpp_too() {
 
 /// The only block of `docs/c.md` in a language.
 fn printed(page: &str, language: &str) -> String {
-    let mut blocks = page.split(&format!("```{language}\n")).skip(1);
+    let fence = format!("```{language}\n");
+    let mut blocks = page.split(&fence).skip(1);
     let block = blocks.next().and_then(|rest| rest.split_once("```"));
     let (block, _) = block.unwrap_or_else(|| panic!("no {language} in docs/c.md"));
     assert!(blocks.next().is_none(), "one block of {language}");
