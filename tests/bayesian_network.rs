@@ -3,6 +3,7 @@
 
 mod tolerance;
 
+use bnkf::Spread;
 use bnkf::blob::Blob;
 use bnkf::network::monte_carlo::{Moments, Sampling, moments};
 use bnkf::network::{Network, Scratch};
@@ -137,7 +138,11 @@ fn both_ways_of_sampling_agree_with_torch_and_each_other() {
                 std::array::from_fn(|j| row[j])
             }),
         };
-        let activations = sample(case, Sampling::Activations, 100 + index as u64);
+        let activations = sample(
+            case,
+            Sampling::Activations(Spread::Exact),
+            100 + index as u64,
+        );
         let weights = sample(case, Sampling::Weights, 200 + index as u64);
         assert_agrees(&weights, &expected, torch, false);
         assert_agrees(&activations, &expected, torch, true);

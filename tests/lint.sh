@@ -17,6 +17,8 @@ check() {
 
 check format cargo fmt --all --check
 check clippy cargo clippy --quiet --keep-going --locked --workspace --all-targets -- -D warnings
+# No workspace build has them.
+check features cargo clippy --quiet --locked -p bnkf --features defmt,serde -- -D warnings
 check documentation env RUSTDOCFLAGS="-D warnings" \
     cargo doc --quiet --keep-going --locked --workspace --no-deps
 

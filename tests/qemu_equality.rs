@@ -111,12 +111,28 @@ fn every_estimate_of_the_recursive_tracker_is_identical() {
     let bytes = untrained::recursive_blob(42);
     let image = image(&bytes);
     let blob = Blob::parse(&bytes).unwrap();
-    for passes in [1, 16] {
+    let passes = Inference::of_passes(16).unwrap();
+    for inference in [Inference::Mean, passes, passes.frozen(), Inference::Moments] {
         let settings = Settings {
-            inference: Inference::of_passes(passes).unwrap(),
+            inference,
             ..Settings::of(&blob)
         };
         let comparison = compare(&mut boot(&image), blob, settings, &flight()).unwrap();
+        assert_identical(&comparison);
+        assert_eq!(comparison.refused, 0);
+    }
+}
+
+/// Kernels for the widest layers, and those for any; one output and three.
+#[test]
+fn every_estimate_with_moments_is_identical() {
+    for bytes in [BNKF, BNKFE, include_bytes!("../models/bnkf.bnkf")] {
+        let blob = Blob::parse(bytes).unwrap();
+        let settings = Settings {
+            inference: Inference::Moments,
+            ..Settings::of(&blob)
+        };
+        let comparison = compare(&mut boot(&image(bytes)), blob, settings, &flight()).unwrap();
         assert_identical(&comparison);
         assert_eq!(comparison.refused, 0);
     }

@@ -14,8 +14,8 @@
 #define BNKF_ALIGNMENT 8
 #define BNKF_MODEL_WORDS 46
 #define BNKF_MODEL_BYTES 368
-#define BNKF_WORKSPACE_WORDS 451
-#define BNKF_WORKSPACE_BYTES 3608
+#define BNKF_WORKSPACE_WORDS 976
+#define BNKF_WORKSPACE_BYTES 7808
 #define BNKF_TRACK_WORDS 176
 #define BNKF_TRACK_BYTES 1408
 /* Length of every track as bytes. */
@@ -258,6 +258,10 @@ enum BnkfInferenceKind
   BNKF_INFERENCE_KIND_MEAN = 0,
   // Monte Carlo passes with drawn weights.
   BNKF_INFERENCE_KIND_PASSES = 1,
+  // The same, most of them with the standard deviations of the first ones.
+  BNKF_INFERENCE_KIND_FROZEN_PASSES = 2,
+  // Mean and covariance without drawing.
+  BNKF_INFERENCE_KIND_MOMENTS = 3,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L

@@ -1,6 +1,7 @@
 //! How a tracker asks its networks.
 
 use crate::blob::field;
+use crate::spread::Spread;
 
 /// What becomes of the doubt about the weights.
 ///
@@ -14,38 +15,73 @@ use crate::blob::field;
 /// # Ok::<(), PassesError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(
+        try_from = "crate::protocol::InferenceCode",
+        into = "crate::protocol::InferenceCode"
+    )
+)]
 pub enum Inference {
     /// Nothing: every weight at its mean.
     Mean,
     /// Monte Carlo passes: the mean and the spread of the answers of drawn weights.
     Passes(Passes),
+    /// Mean and covariance of the answers without drawing: each layer's noise to first order.
+    Moments,
 }
 
 /// Monte Carlo passes per estimate and network, 2 to [`field::PASSES_MAX`]: one alone has no spread.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Passes(u16);
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Passes {
+    count: u16,
+    spread: Spread,
+}
 
 /// A number of passes that is zero or above [`field::PASSES_MAX`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PassesError(pub u16);
 
 impl Passes {
     /// How many they are.
     pub const fn count(self) -> u16 {
-        self.0
+        self.count
+    }
+
+    /// Whose standard deviations they draw with.
+    pub const fn spread(self) -> Spread {
+        self.spread
     }
 }
 
 impl Inference {
-    /// So many passes; one takes every weight at its mean.
+    /// So many exact passes; one takes every weight at its mean.
     ///
     /// # Errors
     /// The number is out of range.
     pub const fn of_passes(passes: u16) -> Result<Self, PassesError> {
         match passes {
             1 => Ok(Self::Mean),
-            2..=field::PASSES_MAX => Ok(Self::Passes(Passes(passes))),
+            2..=field::PASSES_MAX => Ok(Self::Passes(Passes {
+                count: passes,
+                spread: Spread::Exact,
+            })),
             _ => Err(PassesError(passes)),
+        }
+    }
+
+    /// The same passes with frozen spreads; without passes nothing is there to freeze.
+    pub const fn frozen(self) -> Self {
+        match self {
+            Self::Passes(passes) => Self::Passes(Passes {
+                spread: Spread::Frozen,
+                ..passes
+            }),
+            other => other,
         }
     }
 
@@ -53,8 +89,11 @@ impl Inference {
     pub const fn at_most(self, passes: u16) -> Self {
         match self {
             Self::Passes(own) if own.count() > passes => match Self::of_passes(passes) {
-                Ok(fewer) => fewer,
-                Err(PassesError(_)) => Self::Mean,
+                Ok(Self::Passes(fewer)) => Self::Passes(Passes {
+                    spread: own.spread,
+                    ..fewer
+                }),
+                _ => Self::Mean,
             },
             other => other,
         }
@@ -65,7 +104,14 @@ impl core::fmt::Display for Inference {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
             Self::Mean => f.write_str("mean weights"),
-            Self::Passes(passes) => write!(f, "{} passes", passes.count()),
+            Self::Passes(passes) => {
+                write!(f, "{} passes", passes.count())?;
+                match passes.spread() {
+                    Spread::Exact => Ok(()),
+                    Spread::Frozen => f.write_str(", frozen spreads"),
+                }
+            }
+            Self::Moments => f.write_str("moments"),
         }
     }
 }
@@ -90,7 +136,7 @@ mod tests {
             let Ok(Inference::Passes(passes)) = Inference::of_passes(count) else {
                 panic!("{count} passes");
             };
-            assert_eq!(passes.count(), count);
+            assert_eq!((passes.count(), passes.spread()), (count, Spread::Exact));
         }
         for count in [0, field::PASSES_MAX + 1, u16::MAX] {
             let error = Inference::of_passes(count).expect_err("out of range");
@@ -108,6 +154,25 @@ mod tests {
         for few in [0, 1] {
             assert_eq!(of(100).at_most(few), Inference::Mean);
         }
-        assert_eq!(Inference::Mean.at_most(4), Inference::Mean);
+        assert_eq!(of(100).frozen().at_most(4), of(4).frozen());
+        assert_eq!(of(100).frozen().at_most(1), Inference::Mean);
+        for other in [Inference::Mean, Inference::Moments] {
+            assert_eq!(other.at_most(1), other);
+        }
+    }
+
+    #[test]
+    fn frozen_passes_are_as_many_and_say_so() {
+        let exact = Inference::of_passes(16).unwrap();
+        let Inference::Passes(frozen) = exact.frozen() else {
+            panic!("passes");
+        };
+        assert_eq!((frozen.count(), frozen.spread()), (16, Spread::Frozen));
+        assert_eq!(Inference::Mean.frozen(), Inference::Mean);
+        let said = [Inference::Mean, exact, exact.frozen()].map(|inference| inference.to_string());
+        assert_eq!(
+            said,
+            ["mean weights", "16 passes", "16 passes, frozen spreads"]
+        );
     }
 }

@@ -12,16 +12,25 @@
 #![allow(unsafe_code)]
 
 pub mod activation;
+mod adjoint;
+#[cfg(arm_dsp)]
+mod arm_columns;
+#[cfg(arm_dsp)]
+mod arm_second;
 #[cfg_attr(target_arch = "x86_64", path = "kernel/sse2.rs")]
 #[cfg_attr(arm_dsp, path = "kernel/arm.rs")]
 #[cfg(any(target_arch = "x86_64", arm_dsp))]
 mod four_lanes;
 mod packed;
+mod picked;
+mod second;
 mod vector;
 #[cfg(arm_vfp)]
 mod vfp;
 
+pub use adjoint::{Adjoint, VECTORS};
 pub use packed::Packed;
+pub use second::Second;
 pub use vector::Vector;
 
 use crate::blob::field::WIDTH_MAX;
@@ -104,6 +113,21 @@ fn dot_rows(rows: &[u8], words: &[u32], sums: &mut [i32]) {
     let (words, _) = words.as_chunks::<1>();
     for (row, sum) in rows.chunks_exact(stride).zip(sums) {
         [*sum] = dot_means(row, words);
+    }
+}
+
+/// Integer sums of each row's int8 codes times the halves of `words`, which are as many as one row has: the
+/// sums of one row are `L` words in two's complement.
+#[inline]
+fn dot_pass_rows<const L: usize>(rows: &[u8], words: &[[u32; L]], sums: &mut [[u32; L]]) {
+    #[cfg(any(target_arch = "x86_64", arm_dsp))]
+    if L == 4 {
+        four_lanes::dot_pass_rows(rows, words.as_flattened(), sums.as_flattened_mut());
+        return;
+    }
+    let stride = (2 * words.len()).max(1);
+    for (row, sums) in rows.chunks_exact(stride).zip(sums) {
+        *sums = dot_means(row, words).map(i32::cast_unsigned);
     }
 }
 
@@ -278,6 +302,31 @@ mod tests {
                     assert_eq!(sum, expected);
                 }
                 assert_eq!(sums[count..], [7; 12][count..]);
+            }
+        }
+    }
+
+    /// Four passes, and one: widths that are not the widest, rows that begin anywhere.
+    #[test]
+    fn rows_of_passes_equal_each_row_by_itself() {
+        let mut rng = seeded(9);
+        for groups in 1..=WIDTH_MAX / 4 {
+            for (count, start) in [(1, 0), (5, 1), (32, 0), (32, 2)] {
+                let rows: [u8; 32 * WIDTH_MAX + 2] = core::array::from_fn(|_| rng.next_u32() as u8);
+                let words: [[u32; 4]; WIDTH_MAX / 2] =
+                    core::array::from_fn(|_| core::array::from_fn(|_| rng.next_u32()));
+                let (rows, words) = (&rows[start..][..4 * groups * count], &words[..2 * groups]);
+                let mut sums = [[7; 4]; 33];
+                dot_pass_rows(rows, words, &mut sums[..count]);
+                for (row, sums) in rows.chunks_exact(4 * groups).zip(sums) {
+                    let expected = dot_means(row, words).map(i32::cast_unsigned);
+                    assert_eq!(sums, expected);
+                    let lane: std::vec::Vec<_> = words.iter().map(|lanes| [lanes[2]]).collect();
+                    let mut single = [[0]];
+                    dot_pass_rows(row, &lane, &mut single);
+                    assert_eq!(single, [[expected[2]]]);
+                }
+                assert_eq!(sums[count..], [[7; 4]; 33][count..]);
             }
         }
     }

@@ -97,6 +97,11 @@
 //! assert_eq!(measurement.check(), Ok(()));
 //! ```
 //!
+//! Trackers and the serial protocol do not panic: `tests/panic_free.rs` links a program that has every operation
+//! of theirs, optimised as the image is, and whose panic handler does not exist. Integers that count saturate; sums of the
+//! integer kernels cannot overflow for any blob that was parsed (constant assertions in `kernel`), and offsets
+//! and sizes are bounded by what was parsed; in a release build whatever else there is would wrap.
+//!
 //! Beside these pages are programs: `examples/single.rs`, `many.rs` (plots of several targets sorted by likelihood),
 //! `interrupt.rs` (measurements that come in an interrupt), and `c/`.
 //!
@@ -163,6 +168,7 @@ pub mod scalar;
 pub mod sensor;
 mod series;
 mod settings;
+mod spread;
 mod step_error;
 mod track;
 mod tracker;
@@ -180,6 +186,7 @@ pub use model::{MODEL_BYTES_MAX, Model};
 pub use mounting::{Direction, Mounting};
 pub use sensor::{Sensor, SensorError};
 pub use settings::{Correction, Settings, TrackerError};
+pub use spread::Spread;
 pub use step_error::StepError;
 pub use track::{
     OtherKind, TRACK_BYTES_MAX, TRACK_SNAPSHOT_BYTES, Track, TrackBytesError, TrackField,

@@ -1,20 +1,22 @@
 //! Layers over a blob plus a caller-owned scratch: one forward pass, or four Monte Carlo passes.
 
+mod gelu_moments;
 pub mod layer;
+pub mod moments;
 pub mod monte_carlo;
 
 use crate::blob::NetworkView;
-use crate::blob::field::WIDTH_MAX;
+use crate::blob::field::{LAYERS_MAX, WIDTH_MAX};
 use crate::gaussian::standard_normals;
 use crate::kernel::activation::{gelu, gelu_in_place, gelus};
-use crate::kernel::{Packed, Vector, sqrt, square_roots};
+use crate::kernel::{Adjoint, Packed, Second, Vector, sqrt, square_roots};
 
 use rand_core::Rng;
 
 /// Monte Carlo passes that run together and share each unpacked weight.
 pub const LANES: usize = 4;
 
-/// Working memory of a network, 3 KB; contents are meaningless between calls.
+/// Working memory of a network, 7 KB; contents are meaningless between calls.
 #[derive(Debug)]
 pub struct Scratch {
     packed: Packed<LANES>,
@@ -23,6 +25,13 @@ pub struct Scratch {
     first: [(f32, f32); WIDTH_MAX],
     /// For a pass with every weight at its mean.
     vector: Vector,
+    /// For moments.
+    second: Second,
+    adjoint: Adjoint,
+    /// One number for each unit of every layer but one. Of passes those after the first layer: variances of
+    /// the pre-activations, summed over the exact passes since the network was prepared, or frozen standard
+    /// deviations. Of moments what [`moments::outputs`] keeps of the hidden layers.
+    units: [[f32; WIDTH_MAX]; LAYERS_MAX - 1],
 }
 
 impl Scratch {
@@ -33,6 +42,9 @@ impl Scratch {
             activations: [[0.0; LANES]; WIDTH_MAX],
             first: [(0.0, 0.0); WIDTH_MAX],
             vector: Vector::new(),
+            second: Second::new(),
+            adjoint: Adjoint::new(),
+            units: [[0.0; WIDTH_MAX]; LAYERS_MAX - 1],
         }
     }
 }
@@ -117,11 +129,16 @@ impl<'a> Network<'a> {
         layer::moments(&first, &packed, slots, |slot, [mean], [variance]| {
             *slot = (mean, sqrt(variance));
         });
+        for spread in scratch.units.as_flattened_mut() {
+            *spread = 0.0;
+        }
     }
 
     /// [`LANES`] Monte Carlo passes for the inputs last given to [`Network::prepare`], by local
     /// reparameterisation. Returns the outputs, `[output][pass]`, not yet scaled back; what follows
     /// them has no meaning.
+    // Once in flash for all numbers of outputs.
+    #[inline(never)]
     pub fn sampled_passes<'s>(
         &self,
         scratch: &'s mut Scratch,
@@ -131,18 +148,17 @@ impl<'a> Network<'a> {
             packed,
             activations,
             first,
+            units: spread,
             ..
         } = scratch;
-        let last = self.view.layers().saturating_sub(1);
-        let outputs = self.view.layer(0).outputs;
-        for (slot, &(mean, sigma)) in activations.iter_mut().zip(first.iter()).take(outputs) {
-            let drawn = standard_normals(rng).map(|normal| mean + sigma * normal);
-            *slot = if last > 0 { gelus(drawn) } else { drawn };
-        }
-        for index in 1..=last {
+        let last = self.first_layer(activations, first, rng);
+        for (index, spread) in (1..=last).zip(spread) {
             let layer = self.view.layer(index);
             packed.pack(&activations[..layer.inputs.min(WIDTH_MAX)]);
-            layer::moments(&layer, packed, activations, |slot, mean, variance| {
+            let slots = activations.iter_mut().zip(spread);
+            layer::moments(&layer, packed, slots, |(slot, sum), mean, variance| {
+                let [a, b, c, d] = variance;
+                *sum += (a + b) + (c + d);
                 let sigma = square_roots(variance);
                 let normals: [f32; LANES] = standard_normals(rng);
                 let drawn = core::array::from_fn(|lane| mean[lane] + sigma[lane] * normals[lane]);
@@ -150,6 +166,63 @@ impl<'a> Network<'a> {
             });
         }
         activations
+    }
+
+    /// Freezes the standard deviations of the pre-activations at those over the passes, `blocks` times
+    /// [`LANES`], that [`Network::sampled_passes`] has run since [`Network::prepare`].
+    pub fn freeze(&self, blocks: u16, scratch: &mut Scratch) {
+        let per_pass = 1.0 / (LANES as f32 * f32::from(blocks));
+        let after_first = self.view.layers().saturating_sub(1);
+        let spreads = scratch.units.iter_mut().take(after_first);
+        for spread in spreads.flatten() {
+            *spread = sqrt(*spread * per_pass);
+        }
+    }
+
+    /// As [`Network::sampled_passes`], with the standard deviations that [`Network::freeze`] left: half the
+    /// work.
+    #[inline(never)]
+    pub fn frozen_passes<'s>(
+        &self,
+        scratch: &'s mut Scratch,
+        rng: &mut impl Rng,
+    ) -> &'s [[f32; LANES]; WIDTH_MAX] {
+        let Scratch {
+            packed,
+            activations,
+            first,
+            units: spread,
+            ..
+        } = scratch;
+        let last = self.first_layer(activations, first, rng);
+        for (index, sigmas) in (1..=last).zip(spread) {
+            let layer = self.view.layer(index);
+            packed.pack_values(&activations[..layer.inputs.min(WIDTH_MAX)]);
+            let slots = activations.iter_mut().zip(sigmas);
+            layer::pass_means(&layer, packed, slots, |(slot, sigma), mean| {
+                let normals: [f32; LANES] = standard_normals(rng);
+                let drawn = core::array::from_fn(|lane| mean[lane] + *sigma * normals[lane]);
+                *slot = if index < last { gelus(drawn) } else { drawn };
+            });
+        }
+        activations
+    }
+
+    /// Draws what follows the first layer; the index of the last.
+    #[inline]
+    fn first_layer(
+        &self,
+        activations: &mut [[f32; LANES]; WIDTH_MAX],
+        first: &[(f32, f32); WIDTH_MAX],
+        rng: &mut impl Rng,
+    ) -> usize {
+        let last = self.view.layers().saturating_sub(1);
+        let outputs = self.view.layer(0).outputs;
+        for (slot, &(mean, sigma)) in activations.iter_mut().zip(first).take(outputs) {
+            let drawn = standard_normals(rng).map(|normal| mean + sigma * normal);
+            *slot = if last > 0 { gelus(drawn) } else { drawn };
+        }
+        last
     }
 
     /// One pass with every weight drawn, for verification: slow, f32 throughout.
@@ -316,7 +389,9 @@ mod tests {
 
     #[test]
     fn scratch_holds_four_passes_of_the_widest_layer() {
-        let own = size_of::<Packed<LANES>>() + size_of::<Vector>();
-        assert_eq!(size_of::<Scratch>(), own + 64 * 4 * 4 + 64 * 8);
+        let kernels = size_of::<Vector>() + size_of::<Second>() + size_of::<Adjoint>();
+        let own = size_of::<Packed<LANES>>() + kernels;
+        let units = 7 * 64 * 4;
+        assert_eq!(size_of::<Scratch>(), own + 64 * 4 * 4 + 64 * 8 + units);
     }
 }

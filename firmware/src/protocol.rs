@@ -78,4 +78,4 @@ pub use request::{
 };
 
 /// Raised when any frame changes; [`Ready`] reports it and the host refuses another.
-pub const VERSION: u8 = 5;
+pub const VERSION: u8 = 6;

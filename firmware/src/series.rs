@@ -48,10 +48,16 @@ pub(crate) const fn ln(x: f64) -> f64 {
     y
 }
 
+const INVERSE_SQRT_TWO_PI: f64 = 0.398_942_280_401_432_7;
+
+/// Standard normal density.
+pub(crate) const fn normal_density(x: f64) -> f64 {
+    INVERSE_SQRT_TWO_PI * exp(-0.5 * x * x)
+}
+
 /// Standard normal distribution function for |x| <= 6, from the all-positive series
 /// `Phi(x) = 1/2 + phi(x) (x + x^3/3 + x^5/15 + ...)` (Marsaglia 2004).
 pub(crate) const fn normal_cdf(x: f64) -> f64 {
-    const INVERSE_SQRT_TWO_PI: f64 = 0.398_942_280_401_432_7;
     let mut term = x;
     let mut sum = x;
     let mut n = 1;
@@ -60,7 +66,7 @@ pub(crate) const fn normal_cdf(x: f64) -> f64 {
         sum += term;
         n += 1;
     }
-    0.5 + sum * INVERSE_SQRT_TWO_PI * exp(-0.5 * x * x)
+    0.5 + sum * normal_density(x)
 }
 
 #[cfg(test)]

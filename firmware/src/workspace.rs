@@ -13,7 +13,7 @@ pub struct Workspace {
 }
 
 /// Memory of a [`Workspace`], part of the contract.
-pub const WORKSPACE_BYTES_MAX: usize = 3_600;
+pub const WORKSPACE_BYTES_MAX: usize = 7_800;
 const _: () = assert!(size_of::<Workspace>() <= WORKSPACE_BYTES_MAX);
 
 impl Workspace {

@@ -23,10 +23,19 @@ pub enum Method {
     /// One network per axis with the Kalman correction.
     #[value(name = "bnkfe")]
     Bnkfe,
+    /// BNKF with the network's moments instead of passes.
+    #[value(name = "bnkf-moments")]
+    BnkfMoments,
+    /// BNKFe with the networks' moments instead of passes.
+    #[value(name = "bnkfe-moments")]
+    BnkfeMoments,
     /// Filter whose motion model a network schedules.
     #[value(name = "recursive")]
     Recursive,
-    /// The same after going on training on the flights that a fold does not test.
+    /// The same with the network's moments instead of mean weights.
+    #[value(name = "recursive-moments")]
+    RecursiveMoments,
+    /// The recursive filter after going on training on the flights that a fold does not test.
     #[value(name = "recursive-tuned")]
     RecursiveTuned,
     /// Extended Kalman filter with a fitted Singer model, started from the first reading.
@@ -80,7 +89,18 @@ impl Method {
 
     /// Whether it knows a radar at rest in the origin only.
     pub const fn needs_origin(self) -> bool {
-        matches!(self, Self::Bnn | Self::Bnkf | Self::Bnkfe)
+        matches!(
+            self,
+            Self::Bnn | Self::Bnkf | Self::Bnkfe | Self::BnkfMoments | Self::BnkfeMoments
+        )
+    }
+
+    /// Whether it asks its networks for their moments, whatever the number of passes.
+    pub const fn takes_moments(self) -> bool {
+        matches!(
+            self,
+            Self::BnkfMoments | Self::BnkfeMoments | Self::RecursiveMoments
+        )
     }
 
     /// Whether it needs parameters that are fitted to flights, were it only where flights begin.
@@ -91,7 +111,10 @@ impl Method {
             | Self::Bnn
             | Self::Bnkf
             | Self::Bnkfe
+            | Self::BnkfMoments
+            | Self::BnkfeMoments
             | Self::Recursive
+            | Self::RecursiveMoments
             | Self::RecursiveTuned
             | Self::Own(_) => false,
             Self::EkfTuned
@@ -115,7 +138,10 @@ impl Method {
             Self::Bnn => "BNN",
             Self::Bnkf => "BNKF",
             Self::Bnkfe => "BNKFe",
+            Self::BnkfMoments => "BNKF moments",
+            Self::BnkfeMoments => "BNKFe moments",
             Self::Recursive => "recursive",
+            Self::RecursiveMoments => "rec. moments",
             Self::RecursiveTuned => "recursive tuned",
             Self::EkfTuned => "EKF tuned",
             Self::UkfTuned => "UKF tuned",
@@ -141,8 +167,15 @@ impl Method {
             Self::Bnn => "Bayesian network alone, Monte Carlo mean and covariance",
             Self::Bnkf => "Bayesian network, then the paper's Kalman correction",
             Self::Bnkfe => "one Bayesian network per axis, then the correction",
+            Self::BnkfMoments => "BNKF, mean and covariance of the network without passes",
+            Self::BnkfeMoments => "BNKFe, mean and covariance of the networks without passes",
             Self::Recursive => "nine-state Kalman filter, its motion model scheduled by a network",
-            Self::RecursiveTuned => "the same, tuned on the flights that its fold does not test",
+            Self::RecursiveMoments => {
+                "the same, its network's doubt from the moments of all weights"
+            }
+            Self::RecursiveTuned => {
+                "the recursive filter, tuned on the flights that its fold does not test"
+            }
             Self::EkfTuned => {
                 "extended Kalman filter, fitted Singer model, started from the first reading"
             }

@@ -4,6 +4,7 @@ pub mod blob_file;
 pub mod flight_source;
 pub mod flights;
 pub mod inspect;
+pub mod moments;
 pub mod stress;
 pub mod train;
 pub mod train_memoryless;

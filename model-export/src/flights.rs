@@ -4,9 +4,12 @@
 pub mod agile;
 pub mod csv;
 pub mod data_hash;
+pub mod dataflash;
 pub mod flight;
+pub mod flight_file;
 pub mod folder;
 pub mod generator;
+pub mod geodetic;
 pub mod held_out;
 pub mod placement;
 pub mod rigid_move;
@@ -15,4 +18,5 @@ pub mod set;
 pub mod statistics;
 pub mod suspicion;
 pub mod track_error;
+pub mod ulog;
 pub mod volume;

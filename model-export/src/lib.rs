@@ -11,6 +11,7 @@ pub mod flights;
 pub mod interrupt;
 pub mod kernel;
 pub mod memoryless;
+pub mod moments;
 pub mod posterior;
 pub mod radar;
 pub mod random_source;

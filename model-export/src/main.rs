@@ -1,6 +1,6 @@
 //! `model-export`: training and export of Bayesian networks.
 
-use bnkf_model_export::cmd::{flights, inspect, stress, train, tune, verify};
+use bnkf_model_export::cmd::{flights, inspect, moments, stress, train, tune, verify};
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
@@ -21,6 +21,7 @@ enum Command {
     Tune(tune::Args),
     Inspect(inspect::Args),
     Verify(verify::Args),
+    Moments(moments::Args),
     Stress(stress::Args),
     Flights(flights::Args),
 }
@@ -31,6 +32,7 @@ fn main() -> ExitCode {
         Command::Tune(args) => trained(tune::run(&args)),
         Command::Inspect(args) => exit_code(inspect::run(&args)),
         Command::Verify(args) => exit_code(verify::run(&args)),
+        Command::Moments(args) => exit_code(moments::run(&args)),
         Command::Stress(args) => exit_code(stress::run(&args)),
         Command::Flights(args) => exit_code(flights::run(&args)),
     }

@@ -171,8 +171,13 @@ static void run(BnkfInference inference) {
     }
 }
 
-static BnkfInference passes(uint16_t count) {
-    return (BnkfInference){.kind = BNKF_INFERENCE_KIND_PASSES, .passes = count};
+static void run_passes(uint16_t count) {
+    run((BnkfInference){.kind = BNKF_INFERENCE_KIND_PASSES, .passes = count});
+    run((BnkfInference){.kind = BNKF_INFERENCE_KIND_FROZEN_PASSES, .passes = count});
+}
+
+static void run_moments(void) {
+    run((BnkfInference){.kind = BNKF_INFERENCE_KIND_MOMENTS});
 }
 
 static bool load(const uint8_t *blob, const uint8_t *end) {
@@ -187,13 +192,16 @@ int main(void) {
     }
     if (load(recursive, recursive_end)) {
         run((BnkfInference){.kind = BNKF_INFERENCE_KIND_MEAN});
-        run(passes(6));
+        run_passes(6);
+        run_moments();
     }
     if (load(tiny_bnkf, tiny_bnkf_end)) {
-        run(passes(9));
+        run_passes(9);
+        run_moments();
     }
     if (load(tiny_bnkfe, tiny_bnkfe_end)) {
-        run(passes(5));
+        run_passes(5);
+        run_moments();
     }
     char text[] = "0123456789abcdef\n";
     for (int i = 0; i < 16; i++) {

@@ -3,6 +3,7 @@
 use super::status::BnkfStatus;
 use crate::inference::Inference;
 use crate::settings::{Correction, Settings};
+use crate::spread::Spread;
 
 /// What the network's estimate is corrected with.
 #[repr(u8)]
@@ -24,6 +25,10 @@ pub enum BnkfInferenceKind {
     Mean = 0,
     /// Monte Carlo passes with drawn weights.
     Passes = 1,
+    /// The same, most of them with the standard deviations of the first ones.
+    FrozenPasses = 2,
+    /// Mean and covariance without drawing.
+    Moments = 3,
 }
 
 /// How a track asks its network.
@@ -67,7 +72,11 @@ impl From<Inference> for BnkfInference {
     fn from(inference: Inference) -> Self {
         let (kind, passes) = match inference {
             Inference::Mean => (BnkfInferenceKind::Mean, 0),
-            Inference::Passes(passes) => (BnkfInferenceKind::Passes, passes.count()),
+            Inference::Passes(passes) => match passes.spread() {
+                Spread::Exact => (BnkfInferenceKind::Passes, passes.count()),
+                Spread::Frozen => (BnkfInferenceKind::FrozenPasses, passes.count()),
+            },
+            Inference::Moments => (BnkfInferenceKind::Moments, 0),
         };
         Self {
             kind: kind as u8,
@@ -102,11 +111,16 @@ impl TryFrom<BnkfInference> for Inference {
     fn try_from(BnkfInference { kind, passes }: BnkfInference) -> Result<Self, BnkfStatus> {
         const MEAN: u8 = BnkfInferenceKind::Mean as u8;
         const PASSES: u8 = BnkfInferenceKind::Passes as u8;
+        const FROZEN: u8 = BnkfInferenceKind::FrozenPasses as u8;
+        const MOMENTS: u8 = BnkfInferenceKind::Moments as u8;
+        let exact = || Self::of_passes(passes).map_err(|_| BnkfStatus::SettingsPasses);
         match (kind, passes) {
             (MEAN, 0) => Ok(Self::Mean),
+            (MOMENTS, 0) => Ok(Self::Moments),
             // One pass is the mean, which has its own kind.
-            (MEAN, _) | (PASSES, 1) => Err(BnkfStatus::SettingsPasses),
-            (PASSES, passes) => Self::of_passes(passes).map_err(|_| BnkfStatus::SettingsPasses),
+            (MEAN | MOMENTS, _) | (PASSES | FROZEN, 1) => Err(BnkfStatus::SettingsPasses),
+            (PASSES, _) => exact(),
+            (FROZEN, _) => exact().map(Self::frozen),
             _ => Err(BnkfStatus::UnknownCode),
         }
     }
@@ -120,10 +134,12 @@ mod tests {
     fn settings_come_back_as_they_were_and_others_are_refused() {
         let corrections = [Correction::None, Correction::Converted, Correction::Polar];
         for correction in corrections {
-            for passes in [1, 2, 100, 10_000] {
+            let exact = [1, 2, 100, 10_000].map(|n| Inference::of_passes(n).expect("in range"));
+            let frozen = exact.map(Inference::frozen);
+            for inference in exact.into_iter().chain(frozen).chain([Inference::Moments]) {
                 let settings = Settings {
                     correction,
-                    inference: Inference::of_passes(passes).expect("in range"),
+                    inference,
                     seed: 7 << 40,
                 };
                 let there = BnkfSettings::from(settings);
@@ -136,7 +152,15 @@ mod tests {
             }
         }
         let of = |kind, passes| Inference::try_from(BnkfInference { kind, passes });
-        for (kind, passes) in [(0, 1), (0, 100), (1, 0), (1, 1), (1, 10_001)] {
+        for (kind, passes) in [
+            (0, 1),
+            (0, 100),
+            (1, 0),
+            (1, 1),
+            (1, 10_001),
+            (2, 1),
+            (3, 2),
+        ] {
             let refusal = Err(BnkfStatus::SettingsPasses);
             assert_eq!(of(kind, passes), refusal, "{kind} {passes}");
         }

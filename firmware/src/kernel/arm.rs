@@ -28,6 +28,117 @@ pub fn dots(means: &[u8], codes: &[u8], values: &[u32], squares: &[u32]) -> [[i3
     }
 }
 
+/// Sums of the int8 codes of each row times the halves of `words`; four lanes for each row.
+#[inline]
+pub fn dot_pass_rows(rows: &[u8], words: &[u32], sums: &mut [u32]) {
+    let stride = words.len() / 2;
+    let all = stride > 0 && stride % 4 == 0 && rows.len() == stride * (sums.len() / 4);
+    if all && !rows.is_empty() {
+        let is_wide = stride == WIDE && rows.as_ptr().cast::<u32>().is_aligned();
+        let sums = sums.as_mut_ptr_range();
+        // SAFETY: reads all of `words`, which belong to one row of whole groups, and all of `rows`, which
+        // begin on a word where LDRD reads them; writes four words of `sums` for every row.
+        unsafe {
+            if is_wide {
+                sum_wide_passes(rows.as_ptr(), words.as_ptr(), sums.start, sums.end);
+            } else {
+                sum_passes(rows.as_ptr(), words.as_ptr(), sums.start, sums.end, stride);
+            }
+        }
+    }
+}
+
+/// Rows of [`WIDE`] codes that begin on a word: eight codes come by one LDRD, and nothing is counted within a
+/// row.
+#[unsafe(naked)]
+unsafe extern "C" fn sum_wide_passes(
+    rows: *const u8,
+    words: *const u32,
+    sums: *mut u32,
+    sums_end: *mut u32,
+) {
+    naked_asm!(
+        // r0 codes, r1 words, r2 sums, r4-r7 four lanes of two activations, r8-r11 the sums of the
+        // lanes; the end of the sums lies lowest on the stack.
+        ".macro BNKF_PASSES codes",
+        "ldmia r1!, {{r4-r7}}",
+        "smlad r8, \\codes, r4, r8",
+        "smlad r9, \\codes, r5, r9",
+        "smlad r10, \\codes, r6, r10",
+        "smlad r11, \\codes, r7, r11",
+        ".endm",
+        "push {{r3-r11, lr}}",
+        "2:",
+        "mov r8, #0",
+        "mov r9, #0",
+        "mov r10, #0",
+        "mov r11, #0",
+        ".rept 8",
+        "ldrd r3, r12, [r0], #8",
+        "sxtb16 lr, r3",
+        "BNKF_PASSES lr",
+        "sxtb16 lr, r3, ror #8",
+        "BNKF_PASSES lr",
+        "sxtb16 lr, r12",
+        "BNKF_PASSES lr",
+        "sxtb16 lr, r12, ror #8",
+        "BNKF_PASSES lr",
+        ".endr",
+        "stmia r2!, {{r8-r11}}",
+        "ldr r12, [sp]",
+        "sub r1, #512",
+        "cmp r2, r12",
+        "bne 2b",
+        "pop {{r3-r11, pc}}",
+        ".purgem BNKF_PASSES",
+    )
+}
+
+/// Rows of any number of groups from any address.
+#[unsafe(naked)]
+unsafe extern "C" fn sum_passes(
+    rows: *const u8,
+    words: *const u32,
+    sums: *mut u32,
+    sums_end: *mut u32,
+    stride: usize,
+) {
+    naked_asm!(
+        // As above; r3 codes of the row that are left.
+        ".macro BNKF_PASSES codes",
+        "ldmia r1!, {{r4-r7}}",
+        "smlad r8, \\codes, r4, r8",
+        "smlad r9, \\codes, r5, r9",
+        "smlad r10, \\codes, r6, r10",
+        "smlad r11, \\codes, r7, r11",
+        ".endm",
+        "push {{r3-r11, lr}}",
+        "2:",
+        // The stride lies above the ten registers.
+        "ldr r3, [sp, #40]",
+        "mov r8, #0",
+        "mov r9, #0",
+        "mov r10, #0",
+        "mov r11, #0",
+        "3:",
+        "ldr r12, [r0], #4",
+        "sxtb16 lr, r12",
+        "BNKF_PASSES lr",
+        "sxtb16 lr, r12, ror #8",
+        "BNKF_PASSES lr",
+        "subs r3, #4",
+        "bne 3b",
+        "stmia r2!, {{r8-r11}}",
+        "ldr r12, [sp]",
+        "ldr r3, [sp, #40]",
+        "sub r1, r1, r3, lsl #3",
+        "cmp r2, r12",
+        "bne 2b",
+        "pop {{r3-r11, pc}}",
+        ".purgem BNKF_PASSES",
+    )
+}
+
 /// One row: its means, then its variances. Whole fours of groups are unrolled.
 #[unsafe(naked)]
 unsafe extern "C" fn sum_row(

@@ -2,7 +2,7 @@
 
 #[cfg(arm_vfp)]
 use super::vfp;
-use super::{SQUARE_MAX, VARIANCE_MAX, dots, halves};
+use super::{SQUARE_MAX, VARIANCE_MAX, dot_pass_rows, dots, halves};
 use crate::blob::field::WIDTH_MAX;
 
 /// Words that hold the activations of the widest layer.
@@ -19,6 +19,7 @@ pub(super) const ROUNDER: f32 = 12_582_912.0;
 #[derive(Debug)]
 pub struct Packed<const L: usize> {
     values: [[u32; L]; WORDS],
+    /// Or the latest sums over inputs of code times value, where the values alone are packed.
     squares: [[u32; L]; WORDS],
     /// What one step of `values` is worth, per pass.
     value_scale: [f32; L],
@@ -51,6 +52,36 @@ impl<const L: usize> Packed<L> {
             self.variance_scale[lane] = largest * largest / (SQUARE_MAX * VARIANCE_MAX as f32);
         }
         quantise(activations, &inverse, &mut self.values, &mut self.squares);
+    }
+
+    /// As [`Packed::pack`], without the squares: for [`Packed::dot_rows`] alone.
+    pub fn pack_values(&mut self, activations: &[[f32; L]]) {
+        let largest = largest_magnitudes(activations);
+        self.value_scale = largest.map(|largest| largest / VALUE_MAX);
+        quantise_values(activations, &largest.map(steps_per_unit), &mut self.values);
+    }
+
+    /// Calls `each` for every row with the sums over inputs of mean times activation, in units of the channel
+    /// scale.
+    ///
+    /// `rows` are int8 codes, each padded with zeros to the same multiple of four, `stride`.
+    #[inline]
+    pub fn dot_rows(&mut self, rows: &[u8], stride: usize, mut each: impl FnMut([f32; L])) {
+        let stride = stride.max(1);
+        let Some(words) = self.values.get(..stride / 2) else {
+            return;
+        };
+        for rows in rows.chunks(WORDS * stride) {
+            let Some(sums) = self.squares.get_mut(..rows.len() / stride) else {
+                return;
+            };
+            dot_pass_rows(rows, words, sums);
+            for sums in sums {
+                each(core::array::from_fn(|lane| {
+                    sums[lane].cast_signed() as f32 * self.value_scale[lane]
+                }));
+            }
+        }
     }
 
     /// Sum over inputs of mean times activation, in units of the channel scale, and of variance times
@@ -96,7 +127,7 @@ pub(super) fn largest_magnitude(activations: &[f32]) -> f32 {
 
 /// Largest magnitude of each pass; infinity or NaN if there is one.
 #[inline]
-fn largest_magnitudes<const L: usize>(activations: &[[f32; L]]) -> [f32; L] {
+pub(super) fn largest_magnitudes<const L: usize>(activations: &[[f32; L]]) -> [f32; L] {
     #[cfg(arm_dsp)]
     if L == 4 {
         let largest = super::four_lanes::largest_magnitudes(activations.as_flattened());
@@ -151,6 +182,39 @@ fn quantise<const L: usize>(
             values[1][lane] = halves(quantised[1], quantised[3]);
             squares[0][lane] = halves(squared[0], squared[2]);
             squares[1][lane] = halves(squared[1], squared[3]);
+        }
+    }
+}
+
+/// Writes the words of `activations` times `inverse`, as [`quantise`] does.
+#[inline]
+fn quantise_values<const L: usize>(
+    activations: &[[f32; L]],
+    inverse: &[f32; L],
+    values: &mut [[u32; L]],
+) {
+    #[cfg(arm_vfp)]
+    let (activations, values) = if L == 4 {
+        let (whole, rest) = activations.as_chunks::<4>();
+        let (pairs, _) = values.as_chunks_mut::<2>();
+        let (pairs, left) = pairs.split_at_mut(whole.len().min(pairs.len()));
+        vfp::quantise_values(
+            whole.as_flattened().as_flattened(),
+            inverse,
+            pairs.as_flattened_mut().as_flattened_mut(),
+        );
+        (rest, left.as_flattened_mut())
+    } else {
+        (activations, values)
+    };
+    for (group, words) in activations.chunks(4).zip(values.chunks_exact_mut(2)) {
+        for lane in 0..L {
+            let mut quantised = [0_u32; 4];
+            for (slot, row) in quantised.iter_mut().zip(group) {
+                *slot = round(row[lane] * inverse[lane]);
+            }
+            words[0][lane] = halves(quantised[0], quantised[2]);
+            words[1][lane] = halves(quantised[1], quantised[3]);
         }
     }
 }

@@ -17,6 +17,15 @@ pub fn dots(means: &[u8], codes: &[u8], values: &[u32], squares: &[u32]) -> [[i3
     ]
 }
 
+/// Sums of the int8 codes of each row times the halves of `words`; four lanes for each row.
+#[inline]
+pub fn dot_pass_rows(rows: &[u8], words: &[u32], sums: &mut [u32]) {
+    let stride = (words.len() / 2).max(1);
+    for (row, sums) in rows.chunks_exact(stride).zip(sums.as_chunks_mut().0) {
+        *sums = dot(row, words, signed_codes).map(i32::cast_unsigned);
+    }
+}
+
 /// Sums over groups of four codes; `decode` turns a group into its two pairs, in the lowest
 /// two words of a vector.
 #[inline]

@@ -26,6 +26,83 @@ pub fn quantise(activations: &[f32], inverse: &[f32], values: &mut [u32], square
     }
 }
 
+/// As [`quantise`], without the squares.
+#[inline]
+pub fn quantise_values(activations: &[f32], inverse: &[f32], values: &mut [u32]) {
+    let groups = (activations.len() / 16).min(values.len() / 8);
+    if groups > 0 && inverse.len() == 4 {
+        // SAFETY: reads four words of `inverse` and `groups` times sixteen of `activations`;
+        // writes `groups` times eight of `values`.
+        unsafe {
+            quantise_value_groups(
+                activations.as_ptr(),
+                groups,
+                values.as_mut_ptr(),
+                inverse.as_ptr(),
+            );
+        }
+    }
+}
+
+#[unsafe(naked)]
+unsafe extern "C" fn quantise_value_groups(
+    activations: *const f32,
+    groups: usize,
+    values: *mut u32,
+    inverse: *const f32,
+) {
+    naked_asm!(
+        ".fpu fpv4-sp-d16",
+        // S0-S3 inverse, S4 rounder, S8-S23 sixteen activations: two inputs of four lanes in S8-S15 are
+        // the low halves of two times four words, S16-S23 the high ones.
+        ".macro BNKF_ROUND value, inverse",
+        "vmul.f32 \\value, \\value, \\inverse",
+        "vadd.f32 \\value, \\value, s4",
+        ".endm",
+        ".macro BNKF_HALVES l0, l1, l2, l3, h0, h1, h2, h3",
+        "vmov r4, r5, \\l0, \\l1",
+        "vmov r6, r7, \\l2, \\l3",
+        "vmov r8, r9, \\h0, \\h1",
+        "vmov r10, r11, \\h2, \\h3",
+        "pkhbt r4, r4, r8, lsl #16",
+        "pkhbt r5, r5, r9, lsl #16",
+        "pkhbt r6, r6, r10, lsl #16",
+        "pkhbt r7, r7, r11, lsl #16",
+        "stmia r2!, {{r4-r7}}",
+        ".endm",
+        "push {{r4-r11, lr}}",
+        "vpush {{d8-d11}}",
+        "vldmia r3, {{s0-s3}}",
+        "movw r12, #{rounder_low}",
+        "movt r12, #{rounder_high}",
+        "vmov s4, r12",
+        "2:",
+        "vldmia r0!, {{s8-s23}}",
+        ".irp input, 8, 12, 16, 20",
+        "BNKF_ROUND s\\input, s0",
+        ".endr",
+        ".irp input, 9, 13, 17, 21",
+        "BNKF_ROUND s\\input, s1",
+        ".endr",
+        ".irp input, 10, 14, 18, 22",
+        "BNKF_ROUND s\\input, s2",
+        ".endr",
+        ".irp input, 11, 15, 19, 23",
+        "BNKF_ROUND s\\input, s3",
+        ".endr",
+        "BNKF_HALVES s8, s9, s10, s11, s16, s17, s18, s19",
+        "BNKF_HALVES s12, s13, s14, s15, s20, s21, s22, s23",
+        "subs r1, #1",
+        "bne 2b",
+        "vpop {{d8-d11}}",
+        "pop {{r4-r11, pc}}",
+        ".purgem BNKF_ROUND",
+        ".purgem BNKF_HALVES",
+        rounder_low = const ROUNDER.to_bits() & 0xFFFF,
+        rounder_high = const ROUNDER.to_bits() >> 16,
+    )
+}
+
 #[unsafe(naked)]
 unsafe extern "C" fn quantise_groups(
     activations: *const f32,

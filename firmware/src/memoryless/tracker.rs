@@ -14,8 +14,8 @@ use crate::estimate::{Doubt, Estimate, Mode, NIS_MAX, Outcome, POSITION_SIGMA_MA
 use crate::inference::Inference;
 use crate::likelihood::Likelihood;
 use crate::measurement::{Measurement, Vectors};
-use crate::network::Network;
-use crate::network::monte_carlo::{Moments, Sampling, moments};
+use crate::network::monte_carlo::{self, Moments, Sampling};
+use crate::network::{Network, moments};
 use crate::radar::{converted, innovations, predict};
 use crate::rng::Generator;
 use crate::sensor::Sensor;
@@ -252,14 +252,20 @@ impl Memoryless<'_, '_> {
                     covariance: [[0.0; N]; N],
                 }
             }
-            Inference::Passes(passes) => moments(
+            Inference::Passes(passes) => monte_carlo::moments(
                 network,
                 inputs,
                 passes.count(),
-                Sampling::Activations,
+                Sampling::Activations(passes.spread()),
                 self.rng,
                 &mut self.workspace.scratch,
             ),
+            Inference::Moments => {
+                let mut mean = [0.0; N];
+                let scratch = &mut self.workspace.scratch;
+                let covariance = moments::outputs(network, inputs, &mut mean, 0, scratch);
+                Moments { mean, covariance }
+            }
         }
     }
 }

@@ -16,8 +16,8 @@ use rand_core::Rng;
 pub fn moments<const L: usize, T>(
     layer: &LayerView<'_>,
     packed: &Packed<L>,
-    slots: &mut [T],
-    mut each: impl FnMut(&mut T, [f32; L], [f32; L]),
+    slots: impl IntoIterator<Item = T>,
+    mut each: impl FnMut(T, [f32; L], [f32; L]),
 ) {
     // A row is never empty, which the compiler does not know.
     let stride = row_stride(layer.inputs).max(1);
@@ -36,6 +36,24 @@ pub fn moments<const L: usize, T>(
             variance.map(|dot| dot * layer.variance_max + bias_variance),
         );
     }
+}
+
+/// Calls `each(slot, mean)` with the mean of every pre-activation, for `L` passes whose values alone are
+/// packed; there is a slot for every output.
+#[inline]
+pub fn pass_means<const L: usize, T>(
+    layer: &LayerView<'_>,
+    packed: &mut Packed<L>,
+    slots: impl IntoIterator<Item = T>,
+    mut each: impl FnMut(T, [f32; L]),
+) {
+    let channels = layer.channel_scale.iter().zip(layer.bias_mean.iter());
+    let mut channels = channels.zip(slots);
+    packed.dot_rows(layer.means, row_stride(layer.inputs), |mean| {
+        if let Some(((scale, bias), slot)) = channels.next() {
+            each(slot, mean.map(|dot| dot * scale + bias));
+        }
+    });
 }
 
 /// The means of the pre-activations alone, one in `means` for every output: the layer with every

@@ -1,6 +1,8 @@
 //! Mean and covariance of a network's outputs over Monte Carlo passes.
 
+use crate::blob::field::WIDTH_MAX;
 use crate::network::{LANES, Network, Scratch};
+use crate::spread::Spread;
 use rand_core::Rng;
 
 /// Sample mean and full sample covariance of `N` network outputs, not yet scaled back.
@@ -16,9 +18,37 @@ pub struct Moments<const N: usize> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sampling {
     /// Local reparameterisation: the pre-activations are drawn.
-    Activations,
+    Activations(Spread),
     /// Every weight is drawn; some hundred times slower, for verification.
     Weights,
+}
+
+/// Draws `passes` in blocks and calls `each` with the outputs of every block and how many lanes of it count.
+fn draw_blocks(
+    network: &Network<'_>,
+    inputs: &[f32],
+    passes: u16,
+    spread: Spread,
+    rng: &mut impl Rng,
+    scratch: &mut Scratch,
+    mut each: impl FnMut(&[[f32; LANES]; WIDTH_MAX], usize),
+) {
+    network.prepare(inputs, scratch);
+    let blocks = passes.div_ceil(LANES as u16);
+    let exact = spread.exact_blocks(blocks);
+    let mut left = usize::from(passes);
+    for block in 0..blocks {
+        if block == exact {
+            network.freeze(exact, scratch);
+        }
+        let outputs = if block < exact {
+            network.sampled_passes(scratch, rng)
+        } else {
+            network.frozen_passes(scratch, rng)
+        };
+        each(outputs, left.min(LANES));
+        left = left.saturating_sub(LANES);
+    }
 }
 
 /// Runs `passes` Monte Carlo passes of a network with `N` outputs for normalised `inputs`.
@@ -32,16 +62,20 @@ pub fn moments<const N: usize>(
 ) -> Moments<N> {
     let mut sums = Sums::<N>::default();
     match sampling {
-        Sampling::Activations => {
-            network.prepare(inputs, scratch);
-            let mut left = usize::from(passes);
-            while left > 0 {
-                let outputs = network.sampled_passes(scratch, rng);
-                for lane in 0..left.min(LANES) {
-                    sums.add(core::array::from_fn(|i| outputs[i][lane]));
-                }
-                left = left.saturating_sub(LANES);
-            }
+        Sampling::Activations(spread) => {
+            draw_blocks(
+                network,
+                inputs,
+                passes,
+                spread,
+                rng,
+                scratch,
+                |outputs, lanes| {
+                    for lane in 0..lanes.min(LANES) {
+                        sums.add(core::array::from_fn(|i| outputs[i][lane]));
+                    }
+                },
+            );
         }
         Sampling::Weights => {
             for _ in 0..passes {
@@ -60,12 +94,13 @@ pub fn separate_moments<const N: usize>(
     network: &Network<'_>,
     inputs: &[f32],
     passes: u16,
+    spread: Spread,
     rng: &mut impl Rng,
     scratch: &mut Scratch,
 ) -> ([f32; N], [f32; N]) {
     let (mut mean, mut variance) = ([0.0; N], [0.0; N]);
     let into = (&mut mean, &mut variance);
-    separate_moments_into(network, inputs, passes, rng, scratch, into);
+    separate_moments_into(network, inputs, passes, spread, rng, scratch, into);
     (mean, variance)
 }
 
@@ -74,29 +109,35 @@ pub fn separate_moments_into<const N: usize>(
     network: &Network<'_>,
     inputs: &[f32],
     passes: u16,
+    spread: Spread,
     rng: &mut impl Rng,
     scratch: &mut Scratch,
     (first, second): (&mut [f32; N], &mut [f32; N]),
 ) {
-    network.prepare(inputs, scratch);
-    let mut origin = [0.0; N];
+    let (mut origin, mut is_first) = ([0.0; N], true);
     first.fill(0.0);
     second.fill(0.0);
-    let mut left = usize::from(passes);
-    while left > 0 {
-        let outputs = network.sampled_passes(scratch, rng);
-        if left == usize::from(passes) {
-            origin = core::array::from_fn(|i| outputs[i][0]);
-        }
-        for i in 0..N {
-            for lane in 0..left.min(LANES) {
-                let difference = outputs[i][lane] - origin[i];
-                first[i] += difference;
-                second[i] += difference * difference;
+    draw_blocks(
+        network,
+        inputs,
+        passes,
+        spread,
+        rng,
+        scratch,
+        |outputs, lanes| {
+            for i in 0..N {
+                if is_first {
+                    origin[i] = outputs[i][0];
+                }
+                for lane in 0..lanes.min(LANES) {
+                    let difference = outputs[i][lane] - origin[i];
+                    first[i] += difference;
+                    second[i] += difference * difference;
+                }
             }
-        }
-        left = left.saturating_sub(LANES);
-    }
+            is_first = false;
+        },
+    );
     let count = f32::from(passes);
     let degrees = f32::from(passes.max(2) - 1);
     for i in 0..N {
@@ -249,18 +290,55 @@ mod tests {
             samples.truncate(usize::from(passes));
 
             let (mut scratch, mut again) = (Scratch::new(), seeded(52));
-            let way = Sampling::Activations;
+            let way = Sampling::Activations(Spread::Exact);
             let got = moments::<3>(&network, &INPUT, passes, way, &mut again, &mut scratch);
             assert_moments(&got, &samples);
             // Not one draw more.
             assert_eq!(again, rng);
 
-            let (mean, variance) =
-                separate_moments::<3>(&network, &INPUT, passes, &mut seeded(52), &mut scratch);
+            let (mean, variance) = separate_moments::<3>(
+                &network,
+                &INPUT,
+                passes,
+                Spread::Exact,
+                &mut seeded(52),
+                &mut scratch,
+            );
             assert_eq!(mean, got.mean);
             for i in 0..3 {
                 let expected = got.covariance[i][i];
                 assert!((variance[i] - expected).abs() <= 1e-5 * expected, "{i}");
+            }
+        }
+    }
+
+    /// With the same normal numbers a frozen pass differs from one that has its own deviations by little, the
+    /// first eighth not at all; and of the moments over many passes so little is missing.
+    #[test]
+    fn frozen_passes_are_almost_the_others() {
+        let bytes = Draft::memoryless(&[12, 64, 64, 64, 64, 64, 3], 55).bytes();
+        let network = Network::new(Blob::parse(&bytes).unwrap().networks().next().unwrap());
+        let run = |passes, spread, seed| {
+            let (mut scratch, mut rng) = (Scratch::new(), seeded(seed));
+            let way = Sampling::Activations(spread);
+            let got = moments::<3>(&network, &INPUT, passes, way, &mut rng, &mut scratch);
+            (got, rng)
+        };
+        assert_eq!(run(4, Spread::Frozen, 56), run(4, Spread::Exact, 56));
+        assert_ne!(run(8, Spread::Frozen, 56).0, run(8, Spread::Exact, 56).0);
+        // Not one draw more or less.
+        assert_eq!(run(64, Spread::Frozen, 56).1, run(64, Spread::Exact, 56).1);
+        let (own, frozen) = (
+            run(10_000, Spread::Exact, 57).0,
+            run(10_000, Spread::Frozen, 57).0,
+        );
+        for i in 0..3 {
+            let sigma = own.covariance[i][i].sqrt();
+            assert!((own.mean[i] - frozen.mean[i]).abs() < 0.03 * sigma, "{i}");
+            for j in 0..3 {
+                let size = (own.covariance[i][i] * own.covariance[j][j]).sqrt();
+                let error = (own.covariance[i][j] - frozen.covariance[i][j]).abs() / size;
+                assert!(error < 0.03, "covariance {i} {j}: {error}");
             }
         }
     }

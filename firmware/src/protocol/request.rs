@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::protocol::HORIZONS;
-use crate::{Correction, Inference, Measurement, PassesError, Sensed, Sensor, Settings};
+use crate::{Correction, Inference, Measurement, PassesError, Sensed, Sensor, Settings, Spread};
 
 /// Host to image. The image answers each request with one [`Reply`](crate::protocol::Reply).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -79,13 +79,21 @@ pub enum InferenceCode {
     Mean,
     /// Monte Carlo passes; [`Inference::of_passes`] says which numbers are taken.
     Passes(u16),
+    /// The same with frozen spreads.
+    Frozen(u16),
+    /// Moments without drawing.
+    Moments,
 }
 
 impl From<Inference> for InferenceCode {
     fn from(inference: Inference) -> Self {
         match inference {
             Inference::Mean => Self::Mean,
-            Inference::Passes(passes) => Self::Passes(passes.count()),
+            Inference::Passes(passes) => match passes.spread() {
+                Spread::Exact => Self::Passes(passes.count()),
+                Spread::Frozen => Self::Frozen(passes.count()),
+            },
+            Inference::Moments => Self::Moments,
         }
     }
 }
@@ -97,6 +105,8 @@ impl TryFrom<InferenceCode> for Inference {
         match code {
             InferenceCode::Mean => Ok(Self::Mean),
             InferenceCode::Passes(passes) => Self::of_passes(passes),
+            InferenceCode::Frozen(passes) => Self::of_passes(passes).map(Self::frozen),
+            InferenceCode::Moments => Ok(Self::Moments),
         }
     }
 }
@@ -224,7 +234,8 @@ mod tests {
     #[test]
     fn settings_survive_the_wire() {
         for correction in [Correction::None, Correction::Converted, Correction::Polar] {
-            for inference in [Inference::Mean, Inference::of_passes(77).unwrap()] {
+            let passes = Inference::of_passes(77).unwrap();
+            for inference in [Inference::Mean, passes, passes.frozen(), Inference::Moments] {
                 let settings = Settings {
                     correction,
                     inference,
@@ -233,8 +244,9 @@ mod tests {
                 assert_eq!(Settings::try_from(Reset::from(settings)), Ok(settings));
             }
         }
-        let refused = Inference::try_from(InferenceCode::Passes(0));
-        assert_eq!(refused, Err(PassesError(0)));
+        for none in [InferenceCode::Passes(0), InferenceCode::Frozen(0)] {
+            assert_eq!(Inference::try_from(none), Err(PassesError(0)));
+        }
     }
 
     /// The common case costs one byte.

@@ -18,11 +18,11 @@ use super::target::Target;
 use crate::clock::seconds_between;
 use crate::ekf::EkfError;
 use crate::estimate::{Doubt, Estimate, Mode, NIS_MAX, Outcome};
-use crate::inference::Inference;
+use crate::inference::{Inference, Passes};
 use crate::likelihood::Likelihood;
 use crate::measurement::{Measurement, Vectors};
-use crate::network::Network;
 use crate::network::monte_carlo::separate_moments_into;
+use crate::network::{Network, moments};
 use crate::rng::Generator;
 use crate::settings::Settings;
 use crate::step_error::StepError;
@@ -503,7 +503,7 @@ impl Recursive<'_, '_> {
         Ok(())
     }
 
-    /// Writes the network's outputs; returns the variance of the mean jerk over passes, (m/s^3)^2.
+    /// Writes the network's outputs; returns the variance of the mean jerk, (m/s^3)^2.
     fn infer(&mut self, inputs: &mut [f32; FEATURES], outputs: &mut [f32; OUTPUTS]) -> [f32; 3] {
         let pairs = self.model.blob.input_normalisation().pairs();
         for (input, [mean, inverse]) in inputs.iter_mut().zip(pairs) {
@@ -518,7 +518,13 @@ impl Recursive<'_, '_> {
                     network.mean_pass_in(&mut self.workspace.scratch, inputs, outputs);
                 }
                 Inference::Passes(passes) => {
-                    jerk_variance = self.draw(&network, passes.count(), inputs, outputs);
+                    jerk_variance = self.draw(&network, passes, inputs, outputs);
+                }
+                Inference::Moments => {
+                    let scratch = &mut self.workspace.scratch;
+                    let [[x, _, _], [_, y, _], [_, _, z]] =
+                        moments::outputs(&network, inputs, outputs, JERK_OUTPUT, scratch);
+                    jerk_variance = [x, y, z];
                 }
             }
         }
@@ -541,7 +547,7 @@ impl Recursive<'_, '_> {
     fn draw(
         &mut self,
         network: &Network<'_>,
-        passes: u16,
+        passes: Passes,
         inputs: &[f32; FEATURES],
         outputs: &mut [f32; OUTPUTS],
     ) -> [f32; 3] {
@@ -549,7 +555,8 @@ impl Recursive<'_, '_> {
         separate_moments_into(
             network,
             inputs,
-            passes,
+            passes.count(),
+            passes.spread(),
             self.rng,
             &mut self.workspace.scratch,
             (outputs, &mut variances),

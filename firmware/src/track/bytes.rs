@@ -18,6 +18,7 @@ use crate::recursive::target::Target;
 use crate::rng::Generator;
 use crate::sensor::Sensor;
 use crate::settings::{Correction, Settings};
+use crate::spread::Spread;
 
 /// Length of every track as bytes.
 pub const TRACK_SNAPSHOT_BYTES: usize = 1_024;
@@ -25,7 +26,9 @@ pub const TRACK_SNAPSHOT_BYTES: usize = 1_024;
 /// First four bytes.
 const MAGIC: [u8; 4] = *b"BNKT";
 /// The only version of the layout that this code reads and writes.
-const VERSION: u16 = 1;
+const VERSION: u16 = 2;
+/// Stands for moments, which are had without passes.
+const NO_PASSES: u16 = 0;
 const CRC32: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const CRC_BYTES: usize = 4;
 
@@ -222,14 +225,18 @@ impl<'b> Line<'b> {
             _ => Correction::Polar,
         };
         self.sound &= code <= 2;
-        let mut passes = match settings.inference {
-            Inference::Mean => 1,
-            Inference::Passes(passes) => passes.count(),
+        let (mut passes, mut frozen) = match settings.inference {
+            Inference::Mean => (1, false),
+            Inference::Passes(passes) => (passes.count(), passes.spread() == Spread::Frozen),
+            Inference::Moments => (NO_PASSES, false),
         };
         self.u16(&mut passes);
+        self.flag(&mut frozen);
         match Inference::of_passes(passes) {
-            Ok(inference) => settings.inference = inference,
-            Err(_) => self.sound = false,
+            Ok(inference) if !frozen => settings.inference = inference,
+            Ok(passes @ Inference::Passes(_)) => settings.inference = passes.frozen(),
+            Err(_) if passes == NO_PASSES && !frozen => settings.inference = Inference::Moments,
+            _ => self.sound = false,
         }
         self.u64(&mut settings.seed);
     }

@@ -122,8 +122,8 @@ impl Part {
     /// The parts that `methods` need.
     pub fn needed(methods: &[Method], tuned_on: &[TunedOn]) -> Vec<Self> {
         let part = |method: &Method| match method {
-            Method::Bnn | Method::Bnkf => Some(Self::Joint),
-            Method::Bnkfe => Some(Self::PerAxis),
+            Method::Bnn | Method::Bnkf | Method::BnkfMoments => Some(Self::Joint),
+            Method::Bnkfe | Method::BnkfeMoments => Some(Self::PerAxis),
             Method::RecursiveTuned => Some(Self::Recursive),
             _ => None,
         };
@@ -407,6 +407,8 @@ mod tests {
         let parts = |methods: &[Method]| Part::needed(methods, &TunedOn::ALL);
         assert_eq!(parts(&[Method::Ekf, Method::Recursive]), []);
         assert_eq!(parts(&[Method::Bnn, Method::Bnkf]), [Part::Joint]);
+        let moments = [Method::BnkfMoments, Method::BnkfeMoments];
+        assert_eq!(parts(&moments), [Part::Joint, Part::PerAxis]);
         assert_eq!(parts(&[Method::RecursiveTuned]), [Part::Recursive]);
         assert_eq!(parts(&[Method::Imm10]), TunedOn::ALL.map(Part::Tunings));
     }

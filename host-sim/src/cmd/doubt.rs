@@ -23,7 +23,7 @@ use crate::output_folder::{self, OutputFolderError};
 /// Compares ways of being in doubt about a recursive network's weights, on familiar and on
 /// unfamiliar motion.
 ///
-/// An entry is a blob with mean weights, a blob with sampled passes, or several blobs that share one
+/// An entry is a blob with mean weights, a blob with sampled passes or with moments (`@moments`), or several blobs that share one
 /// filter. Opinions that differ about the mean jerk raise the process noise. Gains are paired by
 /// flight against the first entry, with 95% intervals; low, medium and high noise, all sampling
 /// rates together.

@@ -7,8 +7,8 @@ use std::time::Duration;
 use bnkf::blob::Kind;
 use bnkf::{Correction, Inference, PassesError, Settings, Tracker};
 use bnkf_model_export::flights::csv::options::ReadOptions;
-use bnkf_model_export::flights::csv::{FlightFileError, read_flight_csv};
 use bnkf_model_export::flights::flight::Flight;
+use bnkf_model_export::flights::flight_file::{FlightFileError, read_flight};
 use bnkf_model_export::flights::generator::{GeneratorError, GeneratorSettings, generate};
 use bnkf_model_export::flights::suspicion::suspicions;
 use bnkf_model_export::flights::volume::Volume;
@@ -68,6 +68,12 @@ pub struct Args {
     /// Monte Carlo passes per estimate (default: the model's own number)
     #[arg(long, value_name = "N")]
     pub passes: Option<u16>,
+    /// Draws all but the first eighth of the passes with the standard deviations of those: half the work
+    #[arg(long)]
+    pub frozen: bool,
+    /// Mean and covariance of the network's answers without passes
+    #[arg(long, conflicts_with_all = ["passes", "frozen"])]
+    pub moments: bool,
     /// Seed of the flight, the radar's noise and the Monte Carlo passes
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
@@ -127,6 +133,9 @@ pub enum ImageError {
     /// No such number of passes.
     #[error("{0}")]
     Passes(#[from] PassesError),
+    /// `--frozen` beside mean weights.
+    #[error("--frozen: {0} have no spread to freeze; give --passes of two or more")]
+    NothingToFreeze(Inference),
     /// The flight file cannot be read.
     #[error(transparent)]
     Flight(#[from] FlightFileError),
@@ -199,10 +208,9 @@ pub fn run(args: &Args) -> Result<(), ImageError> {
     let model = model(args.model.as_deref())?;
     let blob = model.blob();
     let own = Settings::of(&blob);
-    let inference = args.passes.map(Inference::of_passes).transpose()?;
     let settings = Settings {
         correction: args.correction.map_or(own.correction, Correction::from),
-        inference: inference.unwrap_or(own.inference),
+        inference: inference(args, own.inference)?,
         seed: args.seed,
     };
     // The settings are checked before anything slow is started.
@@ -226,7 +234,7 @@ pub fn run(args: &Args) -> Result<(), ImageError> {
         }
     };
     let passes = match settings.inference {
-        Inference::Mean => 1,
+        Inference::Mean | Inference::Moments => 1,
         Inference::Passes(passes) => passes.count(),
     };
     let answer_time_max = ANSWER_TIME_BASE + ANSWER_TIME_PER_PASS * u32::from(passes);
@@ -264,6 +272,19 @@ pub fn run(args: &Args) -> Result<(), ImageError> {
     verdict(&comparison, session.ready().blob_crc, blob.checksum())
 }
 
+/// How the networks are asked, where a model's own way is `own`.
+fn inference(args: &Args, own: Inference) -> Result<Inference, ImageError> {
+    if args.moments {
+        return Ok(Inference::Moments);
+    }
+    let exact = args.passes.map_or(Ok(own), Inference::of_passes)?;
+    match exact.frozen() {
+        _ if !args.frozen => Ok(exact),
+        frozen if frozen == exact => Err(ImageError::NothingToFreeze(exact)),
+        frozen => Ok(frozen),
+    }
+}
+
 fn model(path: Option<&Path>) -> Result<Model, ImageError> {
     if let Some(path) = path {
         return Ok(Model::read(path)?);
@@ -276,7 +297,7 @@ fn model(path: Option<&Path>) -> Result<Model, ImageError> {
 
 fn flight(args: &Args, volume: &Volume) -> Result<Flight, ImageError> {
     if args.flight != Path::new(BUILTIN) {
-        let file = read_flight_csv(&args.flight, &args.reading)?;
+        let file = read_flight(&args.flight, &args.reading)?;
         for note in &file.notes {
             eprintln!("note: {}: {note}", file.flight.name);
         }
@@ -318,6 +339,30 @@ mod tests {
 
     use super::*;
     use crate::image::question::Questions;
+
+    #[derive(clap::Parser)]
+    struct Line {
+        #[command(flatten)]
+        args: Args,
+    }
+
+    #[test]
+    fn passes_are_frozen_on_demand_and_mean_weights_never() {
+        let asked = |line: &str, own| {
+            let line = std::iter::once("image").chain(line.split_whitespace());
+            inference(&<Line as clap::Parser>::parse_from(line).args, own)
+        };
+        let passes = |count| Inference::of_passes(count).unwrap();
+        let own = passes(100);
+        assert_eq!(asked("", own).unwrap(), own);
+        assert_eq!(asked("--frozen", own).unwrap(), own.frozen());
+        let sixteen = asked("--passes 16 --frozen", Inference::Mean).unwrap();
+        assert_eq!(sixteen, passes(16).frozen());
+        for (line, own) in [("--frozen", Inference::Mean), ("--passes 1 --frozen", own)] {
+            let error = asked(line, own).unwrap_err().to_string();
+            assert!(error.contains("mean weights have no spread"), "{error}");
+        }
+    }
 
     #[test]
     fn any_difference_is_a_failure() {

@@ -113,13 +113,18 @@ impl<'a> Roster<'a> {
     /// # Errors
     /// A method lacks its model or tuning, or the number of passes is out of range.
     pub fn new(methods: &[Method], supplies: Supplies<'a>) -> Result<Self, RosterError> {
-        let runs = |method, blob: Blob<'a>, correction| {
+        let runs = |method: Method, blob: Blob<'a>, correction| {
             let own = Settings::of(&blob);
             let asked = supplies.passes.map(Inference::of_passes).transpose();
             let asked = asked.map_err(|cause| RosterError::Passes { method, cause })?;
+            let inference = if method.takes_moments() {
+                Inference::Moments
+            } else {
+                asked.unwrap_or(own.inference)
+            };
             let settings = Settings {
                 correction,
-                inference: asked.unwrap_or(own.inference),
+                inference,
                 ..own
             };
             Tracker::new(blob, settings)
@@ -149,9 +154,15 @@ impl<'a> Roster<'a> {
             Method::Ekf => Ok(Recipe::PaperEkf),
             Method::Ukf => Ok(Recipe::PaperUkf),
             Method::Bnn => memoryless(method, 1, TrackerCorrection::None),
-            Method::Bnkf => memoryless(method, 1, TrackerCorrection::Converted),
-            Method::Bnkfe => memoryless(method, 3, TrackerCorrection::Converted),
-            Method::Recursive => tracker(method, BlobKind::Recursive, 1, TrackerCorrection::Polar),
+            Method::Bnkf | Method::BnkfMoments => {
+                memoryless(method, 1, TrackerCorrection::Converted)
+            }
+            Method::Bnkfe | Method::BnkfeMoments => {
+                memoryless(method, 3, TrackerCorrection::Converted)
+            }
+            Method::Recursive | Method::RecursiveMoments => {
+                tracker(method, BlobKind::Recursive, 1, TrackerCorrection::Polar)
+            }
             Method::RecursiveTuned => {
                 let model = supplies.tuned.ok_or(RosterError::NoTuning(method))?;
                 runs(method, model.blob(), TrackerCorrection::Polar)
@@ -304,7 +315,8 @@ mod tests {
     use bnkf_model_export::radar::gaps::SamplingRate;
     use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 
-    use super::{BlobKind, Flight, Roster, RosterError, Supplies};
+    use super::{BlobKind, Flight, Inference, Recipe, Roster, RosterError, Supplies};
+    use crate::contest::default_models;
     use crate::method::Method;
     use crate::own_name::OwnName;
     use crate::scenario::radar::Condition;
@@ -322,6 +334,16 @@ mod tests {
         );
         let error = Roster::new(&[Method::Imm5], Supplies::default()).unwrap_err();
         assert_eq!(error, RosterError::NoTuning(Method::Imm5));
+        let models = default_models::load().unwrap();
+        let with = |passes| Supplies {
+            models: &models,
+            passes: Some(passes),
+            ..Supplies::default()
+        };
+        let error = Roster::new(&[Method::Bnkf], with(0)).unwrap_err();
+        let cause = Inference::of_passes(0).unwrap_err();
+        let method = Method::Bnkf;
+        assert_eq!(error, RosterError::Passes { method, cause });
         let roster = Roster::new(&[Method::Ukf, Method::Ekf], Supplies::default()).unwrap();
         assert_eq!(
             roster.methods().collect::<Vec<_>>(),
@@ -338,5 +360,27 @@ mod tests {
         let own = Method::Own(OwnName::new("mine").unwrap());
         let error = Roster::new(&[own], Supplies::default()).unwrap_err();
         assert_eq!(error, RosterError::NoOwn(own));
+    }
+
+    /// Whatever the number of passes.
+    #[test]
+    fn methods_with_moments_take_moments() {
+        let models = default_models::load().unwrap();
+        for passes in [None, Some(7)] {
+            let supplies = Supplies {
+                models: &models,
+                passes,
+                ..Supplies::default()
+            };
+            let methods = [Method::Bnkf, Method::BnkfMoments, Method::RecursiveMoments];
+            let roster = Roster::new(&methods, supplies).unwrap();
+            let inferences = roster.entries.iter().map(|(_, recipe)| match recipe {
+                Recipe::Tracker(_, settings) => settings.inference,
+                other => panic!("{other:?}"),
+            });
+            let own = Inference::of_passes(passes.unwrap_or(100)).unwrap();
+            let expected = [own, Inference::Moments, Inference::Moments];
+            assert_eq!(inferences.collect::<Vec<_>>(), expected);
+        }
     }
 }

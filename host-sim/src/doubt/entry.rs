@@ -10,7 +10,7 @@ use crate::contest::model::{Model, ModelError};
 /// Most Monte Carlo passes of a network.
 const PASSES_MAX: u16 = 100;
 
-/// What an argument names: `NAME=BLOB[+BLOB...][@PASSES]`.
+/// What an argument names: `NAME=BLOB[+BLOB...][@PASSES]`, or `@moments`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
     /// Its name in the tables.
@@ -31,7 +31,7 @@ pub enum EntryError {
         text: String,
     },
     /// A number of passes that no tracker takes.
-    #[error("{passes:?} is not a number of passes from 1 to {PASSES_MAX}")]
+    #[error("{passes:?} is neither a number of passes from 1 to {PASSES_MAX} nor `moments`")]
     Passes {
         /// What follows the `@`.
         passes: String,
@@ -48,14 +48,16 @@ impl FromStr for Entry {
         let (name, rest) = text.split_once('=').ok_or_else(form)?;
         let (paths, inference) = match rest.rsplit_once('@') {
             Some((paths, passes)) => {
-                let number = passes.parse().ok();
-                let fits = number
-                    .filter(|number| (1..=PASSES_MAX).contains(number))
-                    .and_then(|number| Inference::of_passes(number).ok());
+                let number = || passes.parse().ok();
+                let fits = || number().filter(|number| (1..=PASSES_MAX).contains(number));
+                let inference = match passes {
+                    "moments" => Some(Inference::Moments),
+                    _ => fits().and_then(|number| Inference::of_passes(number).ok()),
+                };
                 let refused = || EntryError::Passes {
                     passes: passes.to_owned(),
                 };
-                (paths, fits.ok_or_else(refused)?)
+                (paths, inference.ok_or_else(refused)?)
             }
             None => (rest, Inference::Mean),
         };
@@ -94,6 +96,8 @@ mod tests {
             (entry.name.as_str(), entry.inference),
             ("three", Inference::Mean)
         );
+        let moments: Entry = "x=a.bnkf@moments".parse().unwrap();
+        assert_eq!(moments.inference, Inference::Moments);
         let sampled: Entry = "x=dir@2/a.bnkf@16".parse().unwrap();
         assert_eq!(
             (sampled.blobs[0].as_str(), sampled.inference),

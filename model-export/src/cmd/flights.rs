@@ -107,8 +107,8 @@ fn write_folder(path: &Path, flights: &[Flight]) -> Result<(), FlightsError> {
 #[cfg(test)]
 mod tests {
     use super::{FlightsError, run, write_folder};
-    use crate::flights::csv::FlightFile;
     use crate::flights::csv::options::ReadOptions;
+    use crate::flights::flight_file::FlightFile;
     use crate::flights::folder::read_flights;
     use crate::flights::generator::{GeneratorSettings, generate};
     use clap::Parser as _;

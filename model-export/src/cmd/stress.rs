@@ -30,6 +30,9 @@ pub struct Args {
     /// Monte Carlo passes; 1 takes every weight at its mean
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=100))]
     passes: u16,
+    /// The network's moments instead of passes
+    #[arg(long, conflicts_with = "passes")]
+    moments: bool,
     /// Seed of flights and noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -86,12 +89,12 @@ fn fly(model: &Path, blob: Blob<'_>, args: &Args) -> Result<(), StressError> {
     if blob.kind() != Kind::Recursive {
         return Err(StressError::Kind(model.to_path_buf()));
     }
-    let found = campaign(
-        blob,
-        Inference::of_passes(args.passes)?,
-        args.flights as usize,
-        args.seed,
-    );
+    let inference = if args.moments {
+        Inference::Moments
+    } else {
+        Inference::of_passes(args.passes)?
+    };
+    let found = campaign(blob, inference, args.flights as usize, args.seed);
     std::io::stdout().write_all(table(&found).as_bytes())?;
     let failed: Vec<&str> = found
         .iter()

@@ -5,11 +5,10 @@ use super::flight_source::{FlightSource, FlightSourceError};
 use super::verify_recursive::{self, RecursiveArgs, VerifyRecursiveError};
 use crate::blob::quantise::{LayerError, layer_errors, quantise};
 use crate::blob::unrounded::{self, UnroundedError};
-use crate::flights::flight::Flight;
-use crate::memoryless::example::{Condition, ExampleSettings, examples};
-use crate::memoryless::normalisation::Normalisations;
-use crate::memoryless::rows::Rows;
-use crate::memoryless::verification::{Comparison, SHIFT_MAX, SIGMA_ERROR_MAX, Summary, compare};
+use crate::memoryless::example::ExampleSettings;
+use crate::memoryless::verification::{
+    Comparison, SHIFT_MAX, SIGMA_ERROR_MAX, Summary, compare, measured_rows,
+};
 use crate::radar::noise::{NoiseLevel, NoiseTable};
 use crate::regular_file::{self, ReadFileError};
 use bnkf::blob::{Blob, Kind};
@@ -42,6 +41,10 @@ pub struct Args {
     /// Monte Carlo passes for each predictive standard deviation
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u16).range(2..=10_000))]
     passes: u16,
+    /// Moments of the blob without passes: for its predictive standard deviation, or for the tracker of a
+    /// recursive blob
+    #[arg(long, conflicts_with = "tracker_passes")]
+    moments: bool,
     /// Seed of placement and radar noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -101,8 +104,14 @@ pub fn run(args: &Args) -> Result<(), VerifyError> {
         .and_then(|networks| unrounded::check_shape(&networks, &blob).map(|()| networks))
         .map_err(|cause| VerifyError::Unrounded { path, cause })?;
     if let (Kind::Recursive, [weights]) = (blob.kind(), &networks[..]) {
-        let verified =
-            verify_recursive::verify(blob, weights, &args.source, &args.recursive, args.seed);
+        let verified = verify_recursive::verify(
+            blob,
+            weights,
+            &args.source,
+            &args.recursive,
+            args.moments,
+            args.seed,
+        );
         return verified.map_err(|cause| VerifyError::Recursive {
             path: args.model.clone(),
             cause,
@@ -122,11 +131,18 @@ pub fn run(args: &Args) -> Result<(), VerifyError> {
         "\n{:<8}{:>8}{:>12}{:>12}{:>14}{:>18}\n",
         "noise", "values", "shift mean", "shift p95", "sigma ratio", "ratio p5 .. p95"
     );
+    let settings = ExampleSettings {
+        layout: blob.features(),
+        table: args.noise_table,
+        // Only the loss depends on it.
+        range_spread_m: 1.0,
+    };
     for level in NoiseLevel::ALL {
-        let rows = measurements(&blob, &flights.flights, level, args);
+        let count = usize::from(args.rows);
+        let rows = measured_rows(&blob, &flights.flights, level, &settings, count, args.seed);
         let pairs = blob.networks().zip(&networks);
         let found: Vec<Comparison> = pairs
-            .flat_map(|(view, weights)| compare(view, weights, &rows, args.passes))
+            .flat_map(|(view, weights)| compare(view, weights, &rows, args.passes, args.moments))
             .collect();
         text += &summary_line(&level.to_string(), &found);
         all.extend(found);
@@ -134,8 +150,14 @@ pub fn run(args: &Args) -> Result<(), VerifyError> {
     text += &summary_line("all", &all);
     text += &format!(
         "\nshift: |estimate of the blob - estimate of the unrounded weights| at the mean weights, in predictive\n\
-         sigmas; accepted up to {SHIFT_MAX} on average, and a mean sigma ratio within {SIGMA_ERROR_MAX} of 1 ({}, {} passes)\n",
-        flights.source, args.passes
+         sigmas; accepted up to {SHIFT_MAX} on average, and a mean sigma ratio within {SIGMA_ERROR_MAX} of 1 ({}, {} passes{})\n",
+        flights.source,
+        args.passes,
+        if args.moments {
+            ", the blob's sigma from moments"
+        } else {
+            ""
+        }
     );
     std::io::stdout().write_all(text.as_bytes())?;
     if Summary::of(&all).is_some_and(|summary| summary.accepted()) {
@@ -143,38 +165,6 @@ pub fn run(args: &Args) -> Result<(), VerifyError> {
     } else {
         Err(VerifyError::Rejected(args.model.clone()))
     }
-}
-
-/// About `args.rows` measurements of `flights`, evenly spread over flights and sampling rates,
-/// normalised as the tracker does.
-fn measurements(blob: &Blob<'_>, flights: &[Flight], level: NoiseLevel, args: &Args) -> Rows {
-    let settings = ExampleSettings {
-        layout: blob.features(),
-        table: args.noise_table,
-        // Only the loss depends on it.
-        range_spread_m: 1.0,
-    };
-    let conditions = Condition::all()
-        .into_iter()
-        .filter(|condition| condition.level == level);
-    let found: Vec<_> = conditions
-        .flat_map(|condition| {
-            flights
-                .iter()
-                .flat_map(move |flight| examples(flight, condition, &settings, args.seed))
-        })
-        .collect();
-    let normalisation = Normalisations::of_blob(blob);
-    let mut rows = Rows::new(blob.features().len(), 3);
-    for example in found
-        .iter()
-        .step_by((found.len() / usize::from(args.rows)).max(1))
-    {
-        normalisation.push_features(&example.features, &mut rows.features);
-        rows.targets.extend([0.0; 3]);
-        rows.weights.push(0.0);
-    }
-    rows
 }
 
 fn layer_table(errors: &[LayerError]) -> String {

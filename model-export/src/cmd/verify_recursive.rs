@@ -69,6 +69,7 @@ pub fn verify(
     weights: &GaussianWeights,
     source: &FlightSource,
     args: &RecursiveArgs,
+    moments: bool,
     seed: u64,
 ) -> Result<(), VerifyRecursiveError> {
     let model =
@@ -82,7 +83,11 @@ pub fn verify(
         generate(&settings).map_err(FlightSourceError::from)?
     };
     let cells = args.scenario.cells(&flights, seed);
-    let inference = Inference::of_passes(args.tracker_passes)?;
+    let inference = if moments {
+        Inference::Moments
+    } else {
+        Inference::of_passes(args.tracker_passes)?
+    };
     let found = compare(&model, blob, &cells, inference).map_err(VerifyRecursiveError::Tracker)?;
     let mut text = table(&found);
     if inference != Inference::Mean {

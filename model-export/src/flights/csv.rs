@@ -6,7 +6,8 @@
 //!
 //! Other dialects are read where they can be told: tabs, semicolons (with decimal commas) or blanks
 //! between the columns, other names ([`columns`]), milliseconds to nanoseconds ([`time_unit`]),
-//! north-east-down ([`frame`]). What was assumed is said in [`FlightFile::notes`]. No input panics:
+//! north-east-down or latitude, longitude and height ([`frame`]), eight numbers a line without a header
+//! (trajectories of the TUM form). What was assumed is said in [`FlightFile::notes`]. No input panics:
 //! whatever is not a flight is an error that names the file, the line and the column.
 
 pub mod columns;
@@ -16,35 +17,24 @@ mod records;
 pub mod time_unit;
 
 use crate::atomic_file::{self, AtomicWriteError};
+use crate::flights::dataflash::DataflashError;
 use crate::flights::flight::{Flight, SampleField, TrackError};
-use crate::regular_file::{self, ReadFileCause};
+use crate::flights::flight_file::FlightFile;
+use crate::flights::geodetic::Geodetic;
+use crate::flights::ulog::UlogError;
+use crate::regular_file::ReadFileCause;
 use columns::{Columns, ColumnsError};
 use frame::Frame;
 use options::ReadOptions;
 use records::{Record, Records, RecordsError, Separator};
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use time_unit::{TimeUnit, TimeUnitError};
 
-/// Largest flight file, bytes.
-pub const FILE_BYTES_MAX: u64 = 1 << 28;
 /// Most samples of a flight file: eleven hours at 100 Hz.
 pub const SAMPLES_MAX: usize = 4_000_000;
 /// Largest median time step, seconds: more is no flight that a tracker follows.
 pub const MEDIAN_STEP_S_MAX: f64 = 10.0;
-
-/// Why a file is not a flight, and where.
-#[derive(Debug, thiserror::Error)]
-#[error("{}{}: {cause}", path.display(), line.map(|l| format!(":{l}")).unwrap_or_default())]
-pub struct FlightFileError {
-    /// The file.
-    pub path: PathBuf,
-    /// Its line, counted from 1, where the cause has one.
-    pub line: Option<u64>,
-    /// What is wrong.
-    #[source]
-    pub cause: FlightFileCause,
-}
 
 /// What is wrong with a flight file.
 #[derive(Debug, thiserror::Error)]
@@ -83,6 +73,22 @@ pub enum FlightFileCause {
         /// What stands there.
         text: String,
     },
+    /// PX4's log has no flight.
+    #[error(transparent)]
+    Ulog(#[from] UlogError),
+    /// ArduPilot's log has no flight.
+    #[error(transparent)]
+    Dataflash(#[from] DataflashError),
+    /// Latitudes and longitudes that are none.
+    #[error("`{column}` = {value} is no {what} in degrees")]
+    NotAPlace {
+        /// The column.
+        column: String,
+        /// Its value.
+        value: f64,
+        /// What it should be.
+        what: &'static str,
+    },
     /// The numbers are not a flight.
     #[error(transparent)]
     Track(#[from] TrackError),
@@ -100,32 +106,6 @@ pub enum FlightFileCause {
         /// The time's column.
         column: String,
     },
-}
-
-/// A flight file as it was read.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FlightFile {
-    /// The flight, east-north-up.
-    pub flight: Flight,
-    /// What the reader assumed about unit, frame or numbers, and the option that says otherwise;
-    /// empty for a file as this module's first line describes it.
-    pub notes: Vec<String>,
-}
-
-/// Reads one flight file. The flight is named after the file, and so is its source.
-///
-/// # Errors
-/// See [`FlightFileCause`].
-pub fn read_flight_csv(path: &Path, options: &ReadOptions) -> Result<FlightFile, FlightFileError> {
-    let failed = |(line, cause)| FlightFileError {
-        path: path.to_owned(),
-        line,
-        cause,
-    };
-    let bytes = regular_file::read(path, FILE_BYTES_MAX)
-        .map_err(|error| failed((None, error.cause.into())))?;
-    let name = path.file_name().unwrap_or(path.as_os_str());
-    parse(&bytes, &name.to_string_lossy(), options).map_err(failed)
 }
 
 /// Writes time and position of `flight` as a flight file, in full precision, in one step.
@@ -178,8 +158,24 @@ pub fn parse(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<FlightFi
             "{invalid} rows left out whose position is marked as invalid"
         ));
     }
+    let is_geodetic = columns.frame_is_geodetic(options);
+    if is_geodetic {
+        // Before the times, whose unit is told by speeds in metres.
+        notes.extend(to_east_north_up(&mut rows, &lines, &columns, options)?);
+        // A receiver that repeats its last fix has not moved in no time.
+        let all = rows.len();
+        drop_repeats(&mut rows, &mut lines);
+        if rows.len() < all {
+            notes.push(format!(
+                "{} rows left out whose time is the one before",
+                all - rows.len()
+            ));
+        }
+    }
     notes.extend(to_seconds(&mut rows, &columns, options).map_err(|cause| (None, cause))?);
-    notes.extend(to_east_north_up(&mut rows, &columns, options));
+    if !is_geodetic {
+        notes.extend(to_east_north_up(&mut rows, &lines, &columns, options)?);
+    }
     let flight = Flight::from_track(name, name, &rows).map_err(|error| {
         let line = error.index().map(|index| lines[index]);
         (line, FlightFileCause::Track(error))
@@ -227,6 +223,10 @@ fn header_by<'a>(
             Ok(None) => return Err(comment.unwrap_or((0, (None, FlightFileCause::Empty)))),
             Err((line, cause)) => return Err((0, (line, cause))),
         };
+        if let Some(columns) = Columns::of_tum(&record, separator, options) {
+            // Its first line is one of numbers already.
+            return Ok((Records::new(bytes, separator), columns));
+        }
         match Columns::find(&record, separator, options) {
             Ok(columns) => return Ok((records, columns)),
             Err(cause) => {
@@ -333,27 +333,86 @@ fn to_seconds(
     Ok(note)
 }
 
+/// Leaves out rows that have the time of the one before.
+fn drop_repeats(rows: &mut Vec<[f64; 4]>, lines: &mut Vec<u64>) {
+    let keep: Vec<bool> = (0..rows.len())
+        .map(|i| i == 0 || rows[i][0] != rows[i - 1][0])
+        .collect();
+    let mut kept = keep.iter();
+    rows.retain(|_| *kept.next().unwrap_or(&true));
+    let mut kept = keep.iter();
+    lines.retain(|_| *kept.next().unwrap_or(&true));
+}
+
 fn to_east_north_up(
     rows: &mut [[f64; 4]],
+    lines: &[u64],
     columns: &Columns,
     options: &ReadOptions,
-) -> Option<String> {
+) -> Result<Option<String>, Located> {
+    let titles = [SampleField::X, SampleField::Y, SampleField::Z].map(|field| columns.title(field));
+    let [x, y, z] = titles;
     let (frame, note) = match options.frame.or(columns.frame) {
         Some(frame) => (frame, None),
         None => {
             let frame = Frame::plausible(rows);
-            let titles = [SampleField::X, SampleField::Y, SampleField::Z];
-            let [x, y, z] = titles.map(|field| columns.title(field));
             (frame, Some(frame.note(x, y, z)))
         }
     };
-    if frame == Frame::Ned {
-        for row in rows {
-            let [time, north, east, down] = *row;
-            *row = [time, east, north, -down];
+    match frame {
+        Frame::Enu => Ok(note),
+        Frame::Ned => {
+            for row in rows {
+                let [time, north, east, down] = *row;
+                *row = [time, east, north, -down];
+            }
+            Ok(note)
+        }
+        Frame::Wgs84 => {
+            let above_ground = columns.is_above_ground();
+            let Some([_, latitude_deg, longitude_deg, height]) = rows.first().copied() else {
+                return Ok(None);
+            };
+            let unit_m = columns.height_unit_m();
+            let place = |latitude_deg, longitude_deg, height: f64| Geodetic {
+                latitude_deg,
+                longitude_deg,
+                height_m: unit_m * height,
+            };
+            let start_m = if above_ground { 0.0 } else { height };
+            let origin = place(latitude_deg, longitude_deg, start_m);
+            for (row, line) in rows.iter_mut().zip(lines) {
+                let here = place(row[1], row[2], row[3]);
+                if !here.is_a_place() {
+                    let is_latitude = row[1].abs() > 90.0;
+                    let (column, value, what) = if is_latitude {
+                        (x, row[1], "latitude")
+                    } else {
+                        (y, row[2], "longitude")
+                    };
+                    let column = column.to_owned();
+                    return Err((
+                        Some(*line),
+                        FlightFileCause::NotAPlace {
+                            column,
+                            value,
+                            what,
+                        },
+                    ));
+                }
+                [row[1], row[2], row[3]] = here.east_north_up(&origin);
+            }
+            let from = if above_ground {
+                "the ground below it"
+            } else {
+                "it"
+            };
+            let unit = if unit_m == 1.0 { "metres" } else { "feet" };
+            Ok(Some(format!(
+                "`{x}`, `{y}`, `{z}` ({unit}) read as latitude, longitude and height: metres east and north of the first row, up from {from}"
+            )))
         }
     }
-    note
 }
 
 #[cfg(test)]

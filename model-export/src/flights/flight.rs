@@ -64,6 +64,21 @@ impl Flight {
         })
     }
 
+    /// The same flight with `rate_hz` samples a second, interpolated between its own.
+    ///
+    /// # Errors
+    /// It is too short for three of them.
+    pub fn resampled(&self, rate_hz: f64) -> Result<Self, TrackError> {
+        let count = (self.duration_s() * rate_hz + 1e-9) as usize + 1;
+        let row = |index: usize| {
+            let time_s = index as f64 / rate_hz;
+            let [x, y, z] = self.at(time_s).position_m;
+            [time_s, x, y, z]
+        };
+        let rows: Vec<_> = (0..count).map(row).collect();
+        Self::from_track(&self.name, &self.source, &rows)
+    }
+
     /// Time from the first to the last sample, seconds.
     #[must_use]
     pub fn duration_s(&self) -> f64 {

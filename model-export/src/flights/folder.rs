@@ -1,7 +1,7 @@
 //! A folder of flight files.
 
 use crate::flights::csv::options::ReadOptions;
-use crate::flights::csv::{FlightFile, FlightFileError, read_flight_csv};
+use crate::flights::flight_file::{FlightFile, FlightFileError, read_flight};
 use std::path::{Path, PathBuf};
 
 /// Most samples of all files together: 56 hours at 100 Hz.
@@ -19,8 +19,8 @@ pub enum FlightFolderError {
         #[source]
         cause: std::io::Error,
     },
-    /// No file ends in `.csv` or `.txt`.
-    #[error("{}: no .csv or .txt file in this folder", .0.display())]
+    /// No file has one of [`ENDINGS`].
+    #[error("{}: no .csv, .txt, .tum, .ulg or .bin file in this folder, nor in those inside it", .0.display())]
     NoFlights(PathBuf),
     /// Beyond [`SAMPLES_MAX`].
     #[error("{}: more than {SAMPLES_MAX} samples in its files", .0.display())]
@@ -30,10 +30,14 @@ pub enum FlightFolderError {
     File(#[from] FlightFileError),
 }
 
-/// Reads every `.csv` and `.txt` file of a folder, sorted by name; or the one file that `path` is.
+/// Endings of flight files.
+pub const ENDINGS: [&str; 5] = ["csv", "txt", "tum", "ulg", "bin"];
+
+/// Reads every flight file of a folder ([`ENDINGS`]), sorted by name; or the one file that `path` is.
 ///
-/// Sub-folders, hidden files and other endings (a README.md, a LICENSE) are passed over; a `.csv`
-/// or `.txt` file that is not a flight is an error, so no flight goes missing unnoticed.
+/// Where a folder has none itself, those of the folders inside it are read, sorted by path: so data sets are
+/// laid out that have a folder for each part. Hidden files and other endings (a README.md, a LICENSE) are passed
+/// over; a file with such an ending that is not a flight is an error, so no flight goes missing unnoticed.
 ///
 /// # Errors
 /// See [`FlightFolderError`].
@@ -46,13 +50,12 @@ pub fn read_flights(
         cause,
     };
     if !std::fs::metadata(path).map_err(io)?.is_dir() {
-        return Ok(vec![read_flight_csv(path, options)?]);
+        return Ok(vec![read_flight(path, options)?]);
     }
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(path).map_err(io)? {
-        let file = entry.map_err(io)?.path();
-        if is_flight_name(&file) && !file.is_dir() {
-            files.push(file);
+    let (mut files, folders) = contents(path)?;
+    if files.is_empty() {
+        for folder in folders {
+            files.extend(contents(&folder)?.0);
         }
     }
     if files.is_empty() {
@@ -62,7 +65,7 @@ pub fn read_flights(
     let mut flights = Vec::with_capacity(files.len());
     let mut samples = 0;
     for file in &files {
-        let read = read_flight_csv(file, options)?;
+        let read = read_flight(file, options)?;
         samples += read.flight.samples.len();
         if samples > SAMPLES_MAX {
             return Err(FlightFolderError::TooManySamples(path.to_owned()));
@@ -72,12 +75,36 @@ pub fn read_flights(
     Ok(flights)
 }
 
+/// Flight files and folders of a folder, hidden ones left out.
+fn contents(path: &Path) -> Result<(Vec<PathBuf>, Vec<PathBuf>), FlightFolderError> {
+    let io = |cause| FlightFolderError::Io {
+        path: path.to_owned(),
+        cause,
+    };
+    let (mut files, mut folders) = (Vec::new(), Vec::new());
+    for entry in std::fs::read_dir(path).map_err(io)? {
+        let entry = entry.map_err(io)?.path();
+        if is_hidden(&entry) {
+            continue;
+        }
+        if entry.is_dir() {
+            folders.push(entry);
+        } else if is_flight_name(&entry) {
+            files.push(entry);
+        }
+    }
+    folders.sort();
+    Ok((files, folders))
+}
+
+fn is_hidden(path: &Path) -> bool {
+    let name = path.file_name();
+    name.is_none_or(|name| name.as_encoded_bytes().starts_with(b"."))
+}
+
 fn is_flight_name(path: &Path) -> bool {
-    let hidden = path
-        .file_name()
-        .is_none_or(|name| name.as_encoded_bytes().starts_with(b"."));
     let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
-    !hidden && ending.is_some_and(|ending| ending == "csv" || ending == "txt")
+    ending.is_some_and(|ending| ENDINGS.iter().any(|known| ending == *known))
 }
 
 #[cfg(test)]
@@ -107,6 +134,20 @@ mod tests {
             .map(|file| file.flight.name.as_str())
             .collect();
         assert_eq!(names, ["C.CSV", "a.txt", "b.csv", "z10.csv", "z9.csv"]);
+    }
+
+    #[test]
+    fn folders_inside_a_folder_without_flights_are_its_parts() {
+        let folder = tempfile::tempdir().unwrap();
+        for part in ["train", "test", ".cache"] {
+            std::fs::create_dir(folder.path().join(part)).unwrap();
+            std::fs::write(folder.path().join(part).join("0.txt"), GOOD).unwrap();
+        }
+        std::fs::write(folder.path().join("README.md"), "a data set").unwrap();
+        assert_eq!(read_flights(folder.path()).unwrap().len(), 2);
+        // With flights of its own they are something else.
+        std::fs::write(folder.path().join("a.csv"), GOOD).unwrap();
+        assert_eq!(read_flights(folder.path()).unwrap().len(), 1);
     }
 
     #[test]

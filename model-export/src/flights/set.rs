@@ -157,6 +157,7 @@ mod tests {
             time_unit: None,
             frame: None,
             columns: None,
+            resample: None,
         },
         expected: Volume::PAPER,
         segment_s: 5.0,

@@ -5,15 +5,20 @@
 //! against the naive network in f64. Predictive standard deviations come from many Monte Carlo
 //! passes on both sides, with noise of their own.
 
+use crate::flights::flight::Flight;
 use crate::kernel::Tier;
+use crate::memoryless::example::{Condition, ExampleSettings, examples};
 use crate::memoryless::gradient::{Batch, Gradient};
+use crate::memoryless::normalisation::Normalisations;
 use crate::memoryless::rows::Rows;
 use crate::posterior::gaussian_weights::GaussianWeights;
 use crate::posterior::network_f64::NetworkF64;
+use crate::radar::noise::NoiseLevel;
 use crate::seed;
-use bnkf::blob::NetworkView;
-use bnkf::network::monte_carlo::{Sampling, moments};
-use bnkf::network::{Network, Scratch};
+use bnkf::Spread;
+use bnkf::blob::{Blob, NetworkView};
+use bnkf::network::monte_carlo::{self, Sampling};
+use bnkf::network::{Network, Scratch, moments};
 use bnkf::rng::seeded;
 use serde::Serialize;
 
@@ -22,7 +27,7 @@ pub const SHIFT_MAX: f64 = 0.05;
 /// Largest accepted relative error of the predictive standard deviation.
 pub const SIGMA_ERROR_MAX: f64 = 0.10;
 
-const SAMPLING: Sampling = Sampling::Activations;
+const SAMPLING: Sampling = Sampling::Activations(Spread::Exact);
 
 /// One output of one network for one input.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,13 +86,15 @@ impl Summary {
 }
 
 /// Compares a network of a blob with its unrounded `weights` on every row of `rows` (normalised),
-/// with `passes` Monte Carlo passes on each side. Row by row, output by output.
+/// with `passes` Monte Carlo passes on each side, or the blob's moments `without_passes`. Row by row,
+/// output by output.
 #[must_use]
 pub fn compare(
     view: NetworkView<'_>,
     weights: &GaussianWeights,
     rows: &Rows,
     passes: u16,
+    without_passes: bool,
 ) -> Vec<Comparison> {
     let outputs = weights.architecture.outputs();
     let naive = NetworkF64::from(weights);
@@ -102,12 +109,44 @@ pub fn compare(
         let exact = naive.mean_pass(&exact);
         let mut rounded = [0.0_f32; 3];
         network.mean_pass(inputs, &mut rounded[..outputs]);
-        let variance = if outputs == 3 {
-            let m = moments::<3>(&network, inputs, passes, SAMPLING, &mut rng, &mut scratch);
-            [0, 1, 2].map(|i| m.covariance[i][i])
-        } else {
-            let m = moments::<1>(&network, inputs, passes, SAMPLING, &mut rng, &mut scratch);
-            [m.covariance[0][0], 0.0, 0.0]
+        let mut means = [0.0_f32; 3];
+        let variance = match (outputs, without_passes) {
+            (3, true) => diagonal(moments::outputs::<3>(
+                &network,
+                inputs,
+                &mut means,
+                0,
+                &mut scratch,
+            )),
+            (_, true) => diagonal(moments::outputs::<1>(
+                &network,
+                inputs,
+                &mut means[..outputs],
+                0,
+                &mut scratch,
+            )),
+            (3, false) => {
+                let m = monte_carlo::moments::<3>(
+                    &network,
+                    inputs,
+                    passes,
+                    SAMPLING,
+                    &mut rng,
+                    &mut scratch,
+                );
+                diagonal(m.covariance)
+            }
+            (_, false) => {
+                let m = monte_carlo::moments::<1>(
+                    &network,
+                    inputs,
+                    passes,
+                    SAMPLING,
+                    &mut rng,
+                    &mut scratch,
+                );
+                diagonal(m.covariance)
+            }
         };
         for output in 0..outputs {
             let sigma = sigmas[row * outputs + output];
@@ -118,6 +157,46 @@ pub fn compare(
         }
     }
     comparisons
+}
+
+/// About `count` measurements of `flights`, evenly spread over flights and sampling rates,
+/// normalised as the tracker does.
+#[must_use]
+pub fn measured_rows(
+    blob: &Blob<'_>,
+    flights: &[Flight],
+    level: NoiseLevel,
+    settings: &ExampleSettings,
+    count: usize,
+    seed: u64,
+) -> Rows {
+    let conditions = Condition::all()
+        .into_iter()
+        .filter(|condition| condition.level == level);
+    let found: Vec<_> = conditions
+        .flat_map(|condition| {
+            flights
+                .iter()
+                .flat_map(move |flight| examples(flight, condition, settings, seed))
+        })
+        .collect();
+    let normalisation = Normalisations::of_blob(blob);
+    let mut rows = Rows::new(blob.features().len(), 3);
+    for example in found.iter().step_by((found.len() / count).max(1)) {
+        normalisation.push_features(&example.features, &mut rows.features);
+        rows.targets.extend([0.0; 3]);
+        rows.weights.push(0.0);
+    }
+    rows
+}
+
+/// Variances of up to three outputs.
+fn diagonal<const N: usize>(covariance: [[f32; N]; N]) -> [f32; 3] {
+    let mut variances = [0.0; 3];
+    for (i, variance) in variances.iter_mut().enumerate().take(N) {
+        *variance = covariance[i][i];
+    }
+    variances
 }
 
 /// Predictive standard deviations of the unrounded weights, row-major, in normalised units.

@@ -9,7 +9,7 @@ use crate::scoring::step_score::StepScore;
 use bnkf::Inference;
 use bnkf::blob::Blob;
 use bnkf::network::monte_carlo::separate_moments;
-use bnkf::network::{Network, Scratch};
+use bnkf::network::{Network, Scratch, moments};
 use bnkf::recursive::parameters::Parameters;
 use bnkf::recursive::population::{Base, Population};
 use bnkf::recursive::schedule::{
@@ -143,9 +143,18 @@ impl Sampler {
                     network,
                     inputs,
                     passes.count(),
+                    passes.spread(),
                     &mut self.rng,
                     &mut self.scratch,
                 );
+            }
+            Inference::Moments => {
+                let scratch = &mut self.scratch;
+                let covariance: [[f32; 3]; 3] =
+                    moments::outputs(network, inputs, &mut outputs, JERK_OUTPUT, scratch);
+                for (axis, row) in covariance.iter().enumerate() {
+                    variances[JERK_OUTPUT + axis] = row[axis];
+                }
             }
         }
         Opinion {

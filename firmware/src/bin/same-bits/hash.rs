@@ -9,7 +9,7 @@ use bnkf::{
 
 use crate::flight::{STEPS, is_gap, measurement};
 
-/// The models, each with numbers of passes.
+/// The models, each with numbers of passes, exact and frozen; then without any: moments.
 const RUNS: [(&[u8], &[u16]); 3] = [
     (include_bytes!("../../../models/recursive.bnkf"), &[1, 6]),
     (include_bytes!("../../../tests/golden/tiny_bnkf.bnkf"), &[9]),
@@ -26,7 +26,18 @@ pub fn hash() -> u64 {
     let mut hash = Hash(0xCBF2_9CE4_8422_2325);
     for (bytes, runs) in RUNS {
         match Blob::parse(bytes) {
-            Ok(blob) => runs.iter().for_each(|&passes| run(blob, passes, &mut hash)),
+            Ok(blob) => {
+                let own = Settings::of(&blob).inference;
+                for &passes in runs {
+                    let exact = Inference::of_passes(passes).unwrap_or(own);
+                    run(blob, exact, &mut hash);
+                    // Mean weights once.
+                    if exact.frozen() != exact {
+                        run(blob, exact.frozen(), &mut hash);
+                    }
+                }
+                run(blob, Inference::Moments, &mut hash);
+            }
             Err(error) => hash.status(error.into()),
         }
     }
@@ -86,11 +97,10 @@ impl Hash {
 
 // A frame of its own, so that one tracker's way over the stack is gone before the next.
 #[inline(never)]
-fn run(blob: Blob<'_>, passes: u16, hash: &mut Hash) {
-    let own = Settings::of(&blob);
+fn run(blob: Blob<'_>, inference: Inference, hash: &mut Hash) {
     let settings = Settings {
-        inference: Inference::of_passes(passes).unwrap_or(own.inference),
-        ..own
+        inference,
+        ..Settings::of(&blob)
     };
     let mut tracker = match Tracker::new(blob, settings) {
         Ok(tracker) => tracker,

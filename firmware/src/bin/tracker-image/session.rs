@@ -117,6 +117,10 @@ impl Session {
                     InferenceCode::Passes(passes) => {
                         defmt::info!("new track: {=u16} passes", passes);
                     }
+                    InferenceCode::Frozen(passes) => {
+                        defmt::info!("new track: {=u16} passes, frozen spreads", passes);
+                    }
+                    InferenceCode::Moments => defmt::info!("new track: moments"),
                 }
                 Reply::Started
             }

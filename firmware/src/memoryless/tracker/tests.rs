@@ -2,7 +2,9 @@ use super::*;
 use crate::blob::draft::Draft;
 use crate::measurement::Sensed;
 use crate::network::Scratch;
+use crate::network::monte_carlo::moments;
 use crate::rng::seeded;
+use crate::spread::Spread;
 
 fn measurement(time_us: u64, away: f32) -> Measurement {
     let sensed = |value, sigma| Some(Sensed { value, sigma });
@@ -96,7 +98,7 @@ fn network_says(
     let (mut mean, mut covariance) = (Vector3::zeros(), Matrix3::zeros());
     let mut scratch = Scratch::new();
     let networks: std::vec::Vec<_> = blob.networks().map(Network::new).collect();
-    let sampling = Sampling::Activations;
+    let sampling = Sampling::Activations(Spread::Exact);
     if let [network] = &networks[..] {
         let joint = moments::<3>(network, &inputs, 20, sampling, rng, &mut scratch);
         mean = joint.mean.into();
@@ -152,6 +154,44 @@ fn the_network_alone_is_scaled_back() {
             assert_eq!((estimate.mode, estimate.nis), (mode, 0.0));
             assert_eq!(estimate.time_us, pair[1].time_us);
         }
+    }
+}
+
+/// The same without passes, and with every weight at its mean, where nothing but a millimetre is in
+/// doubt.
+#[test]
+fn moments_and_mean_weights_are_scaled_back() {
+    for draft in [joint(), Draft::ensemble(5)] {
+        let bytes = draft.bytes();
+        let blob = Blob::parse(&bytes).expect("a blob");
+        let seen = measurement(0, 0.0);
+        let says = |inference| {
+            let settings = Settings {
+                inference,
+                ..settings(Correction::None)
+            };
+            let mut tracker = Bench::new(blob, settings);
+            tracker.step(&seen, false).expect("an estimate")
+        };
+        let (mean, moments) = (says(Inference::Mean), says(Inference::Moments));
+        let sampled = says(Inference::of_passes(10_000).unwrap());
+        for i in 0..3 {
+            let sigma = sampled.covariance_m2[i][i].sqrt();
+            for (estimate, sigmas) in [(&mean, 1.0), (&moments, 0.1)] {
+                let apart = estimate.position_m[i] - sampled.position_m[i];
+                assert!(apart.abs() < sigmas * sigma, "{i}: {apart} {sigma}");
+            }
+            assert!((mean.covariance_m2[i][i] - 1e-6).abs() < 1e-9);
+            let share = moments.covariance_m2[i][i] / (sigma * sigma);
+            assert!((share - 1.0).abs() < 0.2, "{i}: {share}");
+            for j in 0..3 {
+                // One network for each axis: nothing is shared.
+                let shared = draft.networks.len() == 1 || i == j;
+                assert_eq!(moments.covariance_m2[i][j] != 0.0, shared);
+            }
+        }
+        assert_ne!(mean.position_m, moments.position_m);
+        assert_eq!(moments, says(Inference::Moments));
     }
 }
 

@@ -333,11 +333,12 @@ fn the_network_reads_and_answers_in_its_own_units() {
         ((raw[i] - mean) * inverse).clamp(-4.0, 4.0)
     });
     let network = Network::new(blob.networks().next().expect("one"));
-    for passes in [1, 2, 20] {
+    let passes = [1, 2, 20].map(|passes| Inference::of_passes(passes).unwrap());
+    for inference in passes.into_iter().chain([Inference::Moments]) {
         let mut tracker = Bench::new(
             blob,
             Settings {
-                inference: Inference::of_passes(passes).unwrap(),
+                inference,
                 ..settings()
             },
         );
@@ -345,12 +346,22 @@ fn the_network_reads_and_answers_in_its_own_units() {
         let (outputs, jerk_variance) = tracker.infer(&mut inputs);
         assert_eq!(inputs, expected_inputs);
         let (mut plain, mut variances) = ([0.0; OUTPUTS], [0.0; OUTPUTS]);
-        if passes == 1 {
-            network.mean_pass(&inputs, &mut plain);
-        } else {
-            let scratch = &mut Scratch::new();
-            (plain, variances) =
-                separate_moments(&network, &inputs, passes, &mut seeded(5), scratch);
+        let scratch = &mut Scratch::new();
+        match inference {
+            Inference::Mean => network.mean_pass(&inputs, &mut plain),
+            Inference::Passes(passes) => {
+                let rng = &mut seeded(5);
+                let (count, spread) = (passes.count(), passes.spread());
+                (plain, variances) =
+                    separate_moments(&network, &inputs, count, spread, rng, scratch);
+            }
+            Inference::Moments => {
+                for output in 4..7 {
+                    let [[variance]] =
+                        moments::outputs(&network, &inputs, &mut plain, output, scratch);
+                    variances[output] = variance;
+                }
+            }
         }
         for i in 0..OUTPUTS {
             let [mean, scale] = draft.outputs[i];
@@ -359,8 +370,10 @@ fn the_network_reads_and_answers_in_its_own_units() {
         for axis in 0..3 {
             let scale = 2.0 * draft.outputs[4 + axis][1];
             let expected = scale * scale * variances[4 + axis];
-            assert!(near(jerk_variance[axis], expected, expected), "{axis}");
-            assert_eq!(expected > 0.0, passes > 1);
+            // Three outputs together are quantised as one alone, to the steps of the adjoint.
+            let apart = jerk_variance[axis] - expected;
+            assert!(apart.abs() <= 1e-3 * expected, "{axis}");
+            assert_eq!(expected > 0.0, inference != Inference::Mean);
         }
     }
 }

@@ -122,6 +122,28 @@ fn a_track_that_was_written_goes_on_as_it_would_have() {
     }
 }
 
+/// However the networks are asked; a mean pass has nothing that is frozen.
+#[test]
+fn how_the_networks_are_asked_is_written() {
+    let blob = Draft::recursive(3).bytes();
+    let model = Model::new(&blob).expect("a blob");
+    let passes = Inference::of_passes(300).expect("in range");
+    let mut bytes = [0; TRACK_SNAPSHOT_BYTES];
+    for inference in [passes, passes.frozen(), Inference::Moments, Inference::Mean] {
+        let settings = Settings {
+            inference,
+            ..Settings::of(model.blob())
+        };
+        let track = Track::new(&model, settings).expect("its own settings");
+        track.to_bytes(&mut bytes);
+        let back = Track::from_bytes(&bytes).expect("a track");
+        assert_eq!(back.settings(), settings);
+    }
+    bytes[14] = 1;
+    let refusal = Track::from_bytes(&sealed(bytes)).map(|_| ());
+    assert_eq!(refusal, Err(TrackBytesError::Invalid(TrackField::Padding)));
+}
+
 /// The second track is among what comes back.
 #[test]
 fn a_candidate_is_written() {
@@ -152,11 +174,12 @@ fn each_reason_to_refuse_has_its_name() {
     assert_eq!(refused(4, 9), Err(TrackBytesError::UnknownVersion(9)));
     assert_eq!(refused(6, 7), Err(TrackBytesError::UnknownKind(7)));
     let invalid = |field| Err(TrackBytesError::Invalid(field));
-    // Correction, passes, the flag of the latest time, the last byte before the checksum.
+    // Correction, passes, whether they are frozen, the flag of the latest time, the last byte before the checksum.
     assert_eq!(refused(11, 0), invalid(TrackField::Settings));
     assert_eq!(refused(11, 3), invalid(TrackField::Padding));
     assert_eq!(refused(13, 0xff), invalid(TrackField::Padding));
-    assert_eq!(refused(22, 2), invalid(TrackField::Padding));
+    assert_eq!(refused(14, 2), invalid(TrackField::Padding));
+    assert_eq!(refused(23, 2), invalid(TrackField::Padding));
     assert_eq!(
         refused(TRACK_SNAPSHOT_BYTES - 5, 1),
         invalid(TrackField::Padding)
@@ -270,7 +293,7 @@ fn a_track_that_cannot_be_is_refused() {
         0,
     ));
     // Magic, version, kind, model, settings, two times and a measurement that are not there.
-    let rng = 4 + 2 + 1 + 4 + 11 + 18 + 69;
+    let rng = 4 + 2 + 1 + 4 + 12 + 18 + 69;
     stuck[rng..rng + 16].fill(0);
     let refusal = Track::from_bytes(&sealed(stuck)).map(|_| ());
     assert_eq!(
@@ -377,7 +400,7 @@ proptest! {
         let bytes: Bytes = bytes.try_into().expect("its length");
         prop_assert!(Track::from_bytes(&bytes).is_err());
         let mut named = bytes;
-        named[..7].copy_from_slice(&[b'B', b'N', b'K', b'T', 1, 0, 2]);
+        named[..7].copy_from_slice(&[b'B', b'N', b'K', b'T', VERSION as u8, 0, 2]);
         prop_assert!(Track::from_bytes(&sealed(named)).is_err());
     }
 }

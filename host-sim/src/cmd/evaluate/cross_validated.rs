@@ -133,11 +133,13 @@ pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
     Ok(())
 }
 
-/// Every method that has what it needs, with a radar in the origin or without. Tuning the tracker takes minutes a fold, so it must be named.
+/// Every method that has what it needs, with a radar in the origin or without. Tuning the tracker takes minutes a fold, so it must
+/// be named; so must those that take moments, which are other ways to run the same networks.
 fn all_methods(shipped: &[Model], in_origin: bool) -> Vec<Method> {
     let without = |method: &Method| match method {
         Method::Recursive => !shipped.is_empty(),
         Method::RecursiveTuned => false,
+        method if method.takes_moments() => false,
         method => in_origin || !method.needs_origin(),
     };
     Method::value_variants()

@@ -11,20 +11,63 @@ use super::time_unit::TimeUnit;
 use crate::flights::flight::SampleField;
 
 /// Names of the time, the first that is found.
-const TIMES: [&str; 3] = ["timestamp", "time", "t"];
+const TIMES: [&str; 4] = ["timestamp", "time", "osd.flytime", "t"];
 
 /// Names of positions along x, y and z, and the frame they say, the first that is found.
-const POSITIONS: [([&str; 3], Option<Frame>); 9] = [
+const POSITIONS: [([&str; 3], Option<Frame>); 10] = [
     (["tx", "ty", "tz"], Some(Frame::Enu)),
     (["east", "north", "up"], Some(Frame::Enu)),
     (["north", "east", "down"], Some(Frame::Ned)),
     (["e", "n", "u"], Some(Frame::Enu)),
     (["n", "e", "d"], Some(Frame::Ned)),
+    (["p_rs_r_x", "p_rs_r_y", "p_rs_r_z"], Some(Frame::Enu)),
     (["x", "y", "z"], None),
     (["px", "py", "pz"], None),
     (["pos_x", "pos_y", "pos_z"], None),
     (["position_x", "position_y", "position_z"], None),
 ];
+
+/// Names of latitudes, of longitudes, and of heights above the ground and above anything else, in their order.
+const LATITUDES: [&str; 4] = ["latitude", "lat", "osd.latitude", "gps.latitude"];
+const LONGITUDES: [&str; 5] = ["longitude", "lon", "lng", "osd.longitude", "gps.longitude"];
+const HEIGHTS: [&str; 4] = [
+    "height_above_takeoff",
+    "relative_altitude",
+    "osd.height",
+    "rel_alt",
+];
+const ALTITUDES: [&str; 7] = [
+    "height",
+    "altitude",
+    "alt",
+    "ellipsoidal_height",
+    "altitude_above_sealevel",
+    "osd.altitude",
+    "gps.altitude",
+];
+
+/// Units that may stand behind such a name.
+const UNITS: [&str; 14] = [
+    "(feet)",
+    "[feet]",
+    "(ft)",
+    "[ft]",
+    "_feet",
+    "_ft",
+    "(meters)",
+    "(m)",
+    "[m]",
+    "_m",
+    "_deg",
+    "(deg)",
+    "[deg]",
+    "(degrees)",
+];
+/// The international foot.
+const FOOT_M: f64 = 0.3048;
+
+/// Trajectories of the TUM form: time, position, orientation as a quaternion.
+const TUM: usize = 8;
 
 /// Columns that PX4's local position marks what it does not know with.
 const VALID: [&str; 2] = ["xy_valid", "z_valid"];
@@ -68,6 +111,16 @@ pub struct Columns {
     pub frame: Option<Frame>,
 }
 
+/// What one of the height's unit is worth, by its title: feet if it says so, else metres.
+fn height_unit_m(title: &str) -> f64 {
+    let ends = |endings: &[&str]| endings.iter().any(|ending| title.ends_with(ending));
+    if ends(&["(feet)", "[ft]", "(ft)", "_ft", "_feet", "[feet]"]) {
+        FOOT_M
+    } else {
+        1.0
+    }
+}
+
 impl Columns {
     /// The columns of `header`.
     ///
@@ -98,7 +151,13 @@ impl Columns {
             (index, unit, None)
         } else {
             let (time, unit) = find_time(&titles)?.ok_or_else(|| missing(TIMES[0]))?;
-            let ([x, y, z], frame) = find_position(&titles)?.map_err(missing)?;
+            let ([x, y, z], frame) = match find_position(&titles)? {
+                Ok(found) => found,
+                Err(name) => match find_geodetic(&titles)? {
+                    Some(places) => (places, Some(Frame::Wgs84)),
+                    None => return Err(missing(name)),
+                },
+            };
             ([time, x, y, z], unit, frame)
         };
         // As a message can hold it.
@@ -112,6 +171,43 @@ impl Columns {
             time_unit,
             frame,
         })
+    }
+
+    /// The columns of a line of numbers that is a trajectory of the TUM form: seconds, x, y, z in metres, and
+    /// four of a quaternion, blanks between them.
+    pub(super) fn of_tum(
+        record: &Record,
+        separator: Separator,
+        options: &ReadOptions,
+    ) -> Option<Self> {
+        let is_one = separator == Separator::Blank
+            && options.columns.is_none()
+            && !record.is_comment()
+            && record.len() == TUM
+            && record.fields().all(|field| field.parse::<f64>().is_ok());
+        is_one.then(|| Self {
+            index: [0, 1, 2, 3],
+            titles: ["timestamp", "tx", "ty", "tz"].map(str::to_owned),
+            valid: Vec::new(),
+            time_unit: Some(TimeUnit::S),
+            frame: Some(Frame::Enu),
+        })
+    }
+
+    /// Whether positions are latitude, longitude and height.
+    pub(super) fn frame_is_geodetic(&self, options: &ReadOptions) -> bool {
+        options.frame.or(self.frame) == Some(Frame::Wgs84)
+    }
+
+    /// Metres that one of a height is.
+    pub(super) fn height_unit_m(&self) -> f64 {
+        height_unit_m(&self.title(SampleField::Z).to_lowercase())
+    }
+
+    /// Whether heights count from the ground where the flight began.
+    pub(super) fn is_above_ground(&self) -> bool {
+        let title = self.title(SampleField::Z).to_lowercase();
+        HEIGHTS.contains(&bare(&title))
     }
 
     /// Where `field` stands in a record.
@@ -186,6 +282,33 @@ fn find_position(titles: &[String]) -> Result<Result<Position, &'static str>, Co
         }
     }
     Ok(Err(missing.1))
+}
+
+/// The columns of latitude, longitude and height; heights above the ground before others.
+fn find_geodetic(titles: &[String]) -> Result<Option<[usize; 3]>, ColumnsError> {
+    let first = |names: &[&'static str]| {
+        for name in names {
+            let place = unique(titles, |title| bare(title) == *name, name)?;
+            if place.is_some() {
+                return Ok(place);
+            }
+        }
+        Ok(None)
+    };
+    let heights: Vec<&str> = HEIGHTS.into_iter().chain(ALTITUDES).collect();
+    let places = [first(&LATITUDES)?, first(&LONGITUDES)?, first(&heights)?];
+    Ok(match places {
+        [Some(latitude), Some(longitude), Some(height)] => Some([latitude, longitude, height]),
+        _ => None,
+    })
+}
+
+/// A title without the unit behind it.
+fn bare(title: &str) -> &str {
+    UNITS
+        .iter()
+        .find_map(|ending| title.strip_suffix(ending))
+        .map_or(title, str::trim_end)
 }
 
 /// Base name and unit of a time's title: `time_us`, `timestamp [ms]`, `t(s)`, `time`.

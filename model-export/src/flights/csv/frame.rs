@@ -7,6 +7,8 @@ pub enum Frame {
     Enu,
     /// x north, y east, z down: PX4's and ArduPilot's local position.
     Ned,
+    /// Latitude and longitude in degrees, height.
+    Wgs84,
 }
 
 impl Frame {
@@ -24,6 +26,7 @@ impl Frame {
         let (axes, other) = match self {
             Self::Enu => ("east, north, up", "ned"),
             Self::Ned => ("north, east, down", "enu"),
+            Self::Wgs84 => ("latitude, longitude, height", "enu"),
         };
         format!(
             "`{x}`, `{y}`, `{z}` read as {axes}, which puts most of the flight above its origin; \

@@ -1,16 +1,17 @@
 use super::frame::Frame;
 use super::options::{ColumnNames, ReadOptions};
 use super::time_unit::TimeUnit;
-use super::{FILE_BYTES_MAX, FlightFile, FlightFileCause, parse, write_flight_csv};
+use super::{FlightFile, FlightFileCause, parse, write_flight_csv};
 use crate::flights::flight::Flight;
+use crate::flights::flight_file::{FILE_BYTES_MAX, FlightFileError, read_flight};
 use crate::regular_file::ReadFileCause;
 use proptest::prelude::*;
 use std::path::Path;
 
 const GOOD: &str = "timestamp,tx,ty,tz\n0.0,1,2,3\n0.1,1.5,2,3\n0.2,2,2,3\n";
 
-fn read_flight_csv(path: &Path) -> Result<Flight, super::FlightFileError> {
-    super::read_flight_csv(path, &ReadOptions::default()).map(|file| file.flight)
+fn read_flight_csv(path: &Path) -> Result<Flight, FlightFileError> {
+    read_flight(path, &ReadOptions::default()).map(|file| file.flight)
 }
 
 fn read(text: &[u8]) -> Result<Flight, String> {

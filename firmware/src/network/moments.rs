@@ -1,0 +1,349 @@
+//! Mean and covariance of a network's outputs without drawing anything.
+//!
+//! Forward go the mean and the variance of every activation, as if activations were independent:
+//! enough for what they do to each other's noise. What an output makes of a pre-activation's noise
+//! comes back from the outputs as one row of the Jacobian, at the mean slope of every GELU, so
+//! that the outputs' covariance holds what the diagonal forgets:
+//! `sum over layers of J diag(noise) J'`, where the noise of a hidden unit is that of its weights
+//! times the slope, plus what its curve makes of its whole variance.
+
+use super::gelu_moments::GeluMoments;
+use super::{Network, Scratch, layer};
+use crate::blob::field::{WIDTH_MAX, row_stride};
+use crate::blob::{LayerView, NetworkView};
+use crate::kernel::{Second, VECTORS};
+
+/// What the square of an int8 code of a mean is on average, where the largest of a row is 127.
+const CODE_SQUARED: f32 = 2_600.0;
+/// What a pre-activation has of the layers before is neglected where it is guessed to be less than this
+/// share of the layer's own noise.
+const NEGLECTED: f32 = 0.1;
+
+/// The outputs' means, and the covariance of `N` of them, at most three, from `first` on; not yet
+/// scaled back. `inputs` are normalised; there is a slot in `outputs` for every output.
+pub fn outputs<const N: usize>(
+    network: &Network<'_>,
+    inputs: &[f32],
+    outputs: &mut [f32],
+    first: usize,
+    scratch: &mut Scratch,
+) -> [[f32; N]; N] {
+    const { assert!(N <= VECTORS) };
+    let mut noise = [0.0; VECTORS];
+    let own = &mut noise[..N];
+    forward(&network.view, inputs, outputs, first, own, scratch);
+    let covariance = backward(&network.view, own, first, scratch);
+    core::array::from_fn(|i| core::array::from_fn(|j| covariance[i.max(j)][i.min(j)]))
+}
+
+/// Goes from the inputs to the outputs; `noise` is that of the last layer from output `first` on.
+#[inline(never)]
+fn forward(
+    view: &NetworkView<'_>,
+    inputs: &[f32],
+    outputs: &mut [f32],
+    first: usize,
+    last_noise: &mut [f32],
+    scratch: &mut Scratch,
+) {
+    let Scratch {
+        vector,
+        second,
+        activations,
+        units: hidden,
+        ..
+    } = scratch;
+    // Of what goes into a layer, then of what comes out.
+    let (arrays, _) = activations.as_flattened_mut().as_chunks_mut();
+    let [mean, variance, noise, passed] = arrays else {
+        return;
+    };
+    for (slot, &x) in mean.iter_mut().zip(inputs) {
+        *slot = x;
+    }
+    variance.fill(0.0);
+    let last = view.layers().saturating_sub(1);
+    for (index, kept) in hidden.iter_mut().enumerate().take(last) {
+        let layer = view.layer(index);
+        let outputs = layer.outputs.min(WIDTH_MAX);
+        noises(
+            &layer,
+            0,
+            mean,
+            variance,
+            passed,
+            second,
+            &mut noise[..outputs],
+        );
+        if index == 0 {
+            passed.fill(0.0);
+        } else {
+            pass(&layer, variance, noise, second, &mut passed[..outputs]);
+        }
+        vector.pack(&mean[..layer.inputs.min(WIDTH_MAX)]);
+        layer::means(&layer, vector, mean);
+        let units = mean.iter_mut().zip(variance.iter_mut()).zip(kept);
+        let sums = noise.iter().zip(passed.iter());
+        let sums = sums.zip(layer.channel_scale.iter());
+        for (((mean, variance), kept), ((noise, passed), scale)) in units.zip(sums) {
+            let whole = noise + passed;
+            let gelu = GeluMoments::of(*mean, whole);
+            let square = gelu.slope * gelu.slope;
+            *mean = gelu.mean;
+            *variance = square * whole + gelu.beside;
+            *kept = both(gelu.slope * scale, square * noise + gelu.beside);
+        }
+    }
+    let layer = view.layer(last);
+    noises(&layer, first, mean, variance, passed, second, last_noise);
+    vector.pack(&mean[..layer.inputs.min(WIDTH_MAX)]);
+    layer::means(&layer, vector, outputs);
+}
+
+/// Variances of pre-activations from `first` on that are due to this layer's weights and biases, as many as
+/// there is room for. Second moments are put together in `moments`.
+#[inline]
+fn noises(
+    layer: &LayerView<'_>,
+    first: usize,
+    mean: &[f32; WIDTH_MAX],
+    variance: &[f32; WIDTH_MAX],
+    moments: &mut [f32; WIDTH_MAX],
+    second: &mut Second,
+    noise: &mut [f32],
+) {
+    let moments = &mut moments[..layer.inputs.min(WIDTH_MAX)];
+    for (moment, (mean, variance)) in moments.iter_mut().zip(mean.iter().zip(variance)) {
+        *moment = variance + mean * mean;
+    }
+    second.pack(moments);
+    let rows = layer.variance_codes.get(first * row_stride(layer.inputs)..);
+    second.dot_variances(rows.unwrap_or_default(), noise);
+    for (noise, bias) in noise.iter_mut().zip(layer.bias_variance.iter().skip(first)) {
+        *noise = *noise * layer.variance_max + bias;
+    }
+}
+
+/// Variances of pre-activations that come from the layers before, as if activations were independent;
+/// zero where that is next to nothing beside `noise`.
+#[inline]
+fn pass(
+    layer: &LayerView<'_>,
+    variance: &[f32; WIDTH_MAX],
+    noise: &[f32; WIDTH_MAX],
+    second: &mut Second,
+    passed: &mut [f32],
+) {
+    let variance = &variance[..layer.inputs.min(WIDTH_MAX)];
+    second.pack(variance);
+    let all = CODE_SQUARED / NEGLECTED * variance.iter().sum::<f32>();
+    let scales = || layer.channel_scale.iter().map(|scale| scale * scale);
+    let counts = scales()
+        .zip(noise)
+        .map(|(square, noise)| square * all >= *noise);
+    second.dot_squares(layer.means, counts, passed);
+    for (passed, square) in passed.iter_mut().zip(scales()) {
+        *passed *= square;
+    }
+}
+
+/// Goes from the outputs to the first hidden layer and collects the noise on the way: the lower triangle of
+/// the covariance.
+#[inline(never)]
+fn backward(
+    view: &NetworkView<'_>,
+    noise: &[f32],
+    first: usize,
+    scratch: &mut Scratch,
+) -> [[f32; VECTORS]; VECTORS] {
+    let Scratch {
+        adjoint,
+        activations,
+        units: hidden,
+        ..
+    } = scratch;
+    let mut covariance = [[0.0; VECTORS]; VECTORS];
+    let (rows, _) = activations.as_flattened_mut().as_chunks_mut::<VECTORS>();
+    let last = view.layers().saturating_sub(1);
+    let scales = view.layer(last).channel_scale;
+    let outputs = noise.iter().zip(scales.iter().skip(first));
+    for (n, ((noise, scale), (row, covariance))) in outputs
+        .zip(rows.iter_mut().zip(&mut covariance))
+        .enumerate()
+    {
+        *row = core::array::from_fn(|i| if i == n { scale } else { 0.0 });
+        covariance[n] = *noise;
+    }
+    // Rows of the layer that go back, from one on.
+    let (mut from, mut count) = (first, noise.len());
+    for (index, kept) in hidden.iter().enumerate().take(last).rev() {
+        let layer = view.layer(index + 1);
+        let stride = row_stride(layer.inputs);
+        adjoint.pack(&rows[..count.min(WIDTH_MAX)], stride);
+        let codes = layer.means.get(from * stride..).unwrap_or_default();
+        let columns = adjoint.dot_columns(codes, layer.inputs);
+        for ((row, &kept), derivatives) in rows.iter_mut().zip(kept).zip(columns) {
+            let (slope, noise) = apart(kept);
+            for i in 0..VECTORS {
+                let weighed = derivatives[i] * noise;
+                for j in 0..=i {
+                    covariance[i][j] += weighed * derivatives[j];
+                }
+                row[i] = derivatives[i] * slope;
+            }
+        }
+        (from, count) = (0, layer.inputs);
+    }
+    covariance
+}
+
+/// Two numbers in the room of one, each with eight bits of mantissa.
+#[inline]
+fn both(high: f32, low: f32) -> f32 {
+    let rounded = |x: f32| x.to_bits().wrapping_add(0x8000);
+    f32::from_bits(rounded(high) & 0xFFFF_0000 | rounded(low) >> 16)
+}
+
+/// The two numbers that [`both`] put together.
+#[inline]
+fn apart(both: f32) -> (f32, f32) {
+    let bits = both.to_bits();
+    (
+        f32::from_bits(bits & 0xFFFF_0000),
+        f32::from_bits(bits << 16),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::blob::Blob;
+    use crate::blob::draft::Draft;
+    use crate::gaussian::standard_normal;
+    use crate::network::monte_carlo::{Sampling, moments};
+    use crate::rng::seeded;
+    use crate::spread::Spread;
+
+    fn input(seed: u64) -> [f32; 12] {
+        let mut rng = seeded(seed);
+        core::array::from_fn(|_| standard_normal(&mut rng))
+    }
+
+    /// Nothing is approximated but the numbers' formats: sums over the weights in f64.
+    #[test]
+    fn one_layer_is_exact() {
+        let draft = Draft::memoryless(&[12, 3], 61);
+        let (bytes, layer) = (draft.bytes(), &draft.networks[0][0]);
+        let network = Network::new(Blob::parse(&bytes).unwrap().networks().next().unwrap());
+        let (x, mut mean) = (input(62), [f32::NAN; 3]);
+        let covariance: [[f32; 3]; 3] = outputs(&network, &x, &mut mean, 0, &mut Scratch::new());
+        let mut same = [0.0; 3];
+        network.mean_pass(&x, &mut same);
+        assert_eq!(mean, same);
+        for i in 0..3 {
+            let terms = (0..12).map(|k| layer.variance(i, k) * f64::from(x[k] * x[k]));
+            let expected = f64::from(layer.bias_variance[i]) + terms.sum::<f64>();
+            assert!((f64::from(covariance[i][i]) / expected - 1.0).abs() < 2e-3);
+            for j in 0..3 {
+                assert!(i == j || covariance[i][j] == 0.0);
+            }
+        }
+    }
+
+    /// Distance between covariances as a share, and of means in deviations, from many passes.
+    fn errors(widths: &[usize], seed: u64) -> (f32, f32) {
+        let bytes = Draft::memoryless(widths, seed).bytes();
+        let network = Network::new(Blob::parse(&bytes).unwrap().networks().next().unwrap());
+        let (x, mut scratch, mut rng) = (input(seed + 1), Scratch::new(), seeded(seed));
+        let sampled = (0..10).map(|_| {
+            moments::<3>(
+                &network,
+                &x,
+                10_000,
+                Sampling::Activations(Spread::Exact),
+                &mut rng,
+                &mut scratch,
+            )
+        });
+        let (mut mean, mut covariance) = ([0.0_f32; 3], [[0.0_f32; 3]; 3]);
+        for batch in sampled {
+            for i in 0..3 {
+                mean[i] += batch.mean[i] / 10.0;
+                for j in 0..3 {
+                    covariance[i][j] += batch.covariance[i][j] / 10.0;
+                }
+            }
+        }
+        let mut got = [0.0; 3];
+        let found: [[f32; 3]; 3] = outputs(&network, &x, &mut got, 0, &mut scratch);
+        let (mut apart, mut size, mut shift) = (0.0, 0.0, 0.0_f32);
+        for i in 0..3 {
+            shift = shift.max((got[i] - mean[i]).abs() / covariance[i][i].sqrt());
+            for j in 0..3 {
+                assert_eq!(found[i][j], found[j][i]);
+                apart += (found[i][j] - covariance[i][j]).powi(2);
+                size += covariance[i][j].powi(2);
+            }
+        }
+        ((apart / size).sqrt(), shift)
+    }
+
+    /// Widths with and without rests, up to the most layers; 1e5 passes err by half a per cent.
+    #[test]
+    fn moments_are_those_of_many_passes() {
+        let shapes: [&[usize]; 4] = [
+            &[12, 9, 3],
+            &[12, 9, 7, 3],
+            &[12, 64, 64, 3],
+            &[12, 8, 8, 8, 8, 8, 8, 8, 3],
+        ];
+        for (index, widths) in shapes.into_iter().enumerate() {
+            let (covariance, mean) = errors(widths, 70 + index as u64);
+            assert!(
+                covariance < 0.1 && mean < 0.05,
+                "{widths:?}: {covariance} {mean}"
+            );
+        }
+    }
+
+    #[test]
+    fn some_outputs_are_a_part_of_all() {
+        let bytes = Draft::memoryless(&[12, 9, 7, 3], 81).bytes();
+        let network = Network::new(Blob::parse(&bytes).unwrap().networks().next().unwrap());
+        let (x, mut scratch) = (input(82), Scratch::new());
+        let (mut mean, mut again) = ([0.0; 3], [0.0; 3]);
+        let all: [[f32; 3]; 3] = outputs(&network, &x, &mut mean, 0, &mut scratch);
+        let part: [[f32; 2]; 2] = outputs(&network, &x, &mut again, 1, &mut scratch);
+        assert_eq!(mean, again);
+        for i in 0..2 {
+            for j in 0..2 {
+                let size = (all[i + 1][i + 1] * all[j + 1][j + 1]).sqrt();
+                assert!((part[i][j] - all[i + 1][j + 1]).abs() < 1e-4 * size);
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_not_finite_does_not_come_out_as_a_number() {
+        let bytes = Draft::memoryless(&[12, 9, 7, 3], 83).bytes();
+        let network = Network::new(Blob::parse(&bytes).unwrap().networks().next().unwrap());
+        for bad in [f32::NAN, f32::INFINITY, 1e30] {
+            let (mut x, mut mean) = (input(84), [0.0; 3]);
+            x[5] = bad;
+            let _: [[f32; 3]; 3] = outputs(&network, &x, &mut mean, 0, &mut Scratch::new());
+            assert!(mean.iter().all(|mean| !mean.is_finite()), "{bad}");
+        }
+    }
+
+    #[test]
+    fn two_numbers_keep_eight_bits_each() {
+        let mut rng = seeded(85);
+        for _ in 0..1000 {
+            let [a, b] = [1.0, 1e-6].map(|size| size * standard_normal(&mut rng));
+            let (high, low) = apart(both(a, b));
+            for (got, expected) in [(high, a), (low, b)] {
+                assert!((got - expected).abs() <= expected.abs() / 256.0);
+            }
+        }
+    }
+}
