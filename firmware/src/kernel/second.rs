@@ -95,8 +95,8 @@ impl Second {
     /// its sum.
     pub fn dot_variances(&mut self, rows: &[u8], into: &mut [f32]) {
         let words = self.words.get(..self.used).unwrap_or(&self.words);
-        // A row is never empty, which the compiler does not know.
-        let stride = (4 * words.len()).max(1);
+        // A row is never empty, and the compiler must see that.
+        let stride = 4 * words.len().clamp(1, WIDTH_MAX / 4);
         self.picked.clear();
         // The row that others may be like: the latest that was summed, until one is met again.
         let (mut other, mut own, mut met) = (&rows[..0], 0, false);
