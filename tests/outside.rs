@@ -34,9 +34,9 @@ fn printed(language: &str) -> String {
 #[test]
 fn the_readme_builds_as_it_is_printed() {
     let folder = tempfile::tempdir().unwrap();
-    let node = folder.path();
+    let node = folder.path().join("node");
     let package = "[package]\nname = \"node\"\nedition = \"2024\"\n\n";
-    fs::create_dir(node.join("src")).unwrap();
+    fs::create_dir_all(node.join("src")).unwrap();
     fs::write(
         node.join("Cargo.toml"),
         format!("{package}{}", printed("toml")),
@@ -45,7 +45,7 @@ fn the_readme_builds_as_it_is_printed() {
     fs::write(node.join("src/lib.rs"), printed("rust")).unwrap();
     // The versions that are here already: no registry is asked.
     fs::copy(root().join("Cargo.lock"), node.join("Cargo.lock")).unwrap();
-    std::os::unix::fs::symlink(root(), node.join("bnkf")).unwrap();
+    std::os::unix::fs::symlink(root(), folder.path().join("bnkf")).unwrap();
     let mut built = Vec::new();
     for target in [TARGET, "riscv32imc-unknown-none-elf"] {
         match Toolchain::find_for(target, ToolchainChoice::Auto) {
@@ -56,7 +56,7 @@ fn the_readme_builds_as_it_is_printed() {
                     .arg("--offline")
                     .arg("--target-dir")
                     .arg(artefacts.join("outside"));
-                succeed(command.env("RUSTFLAGS", "-D warnings").current_dir(node));
+                succeed(command.env("RUSTFLAGS", "-D warnings").current_dir(&node));
                 built.push(target);
             }
             Err(error) => eprintln!("{target}: not checked here: {error}"),

@@ -8,10 +8,9 @@ static BLOB: &[u8] = include_bytes!("../models/recursive.bnkf");
 
 /// Targets that are looked for at most.
 const TRACKS: usize = 4;
-
-/// Normalised innovation squared that one plot in a thousand of a track's own four channels exceeds. The tracker's
-/// own gate is wider: it takes readings that are probably wrong at their small weight.
-const NIS_OWN: f32 = 18.5;
+/// A normalised innovation squared that one in twenty thousand of a track's own plots passes (chi-square of four
+/// numbers). The gate of a step is no help here: it knows that readings may be wrong, and such fit every track.
+const NIS_MAX: f32 = 25.0;
 
 /// What does not change while targets come and go.
 struct Picture<'a> {
@@ -31,12 +30,12 @@ impl<'a> Picture<'a> {
         })
     }
 
-    /// The place of the track that expects the plot most, of those whose gate it passes; else a free one.
+    /// The place of the track that expects the plot most, of those that it can be of; else a free one.
     fn place_of(&mut self, plot: &Measurement) -> Option<usize> {
         let mut best = None;
         for (place, track) in self.tracks.iter_mut().enumerate() {
             match track.likelihood(&self.model, &mut self.workspace, plot) {
-                Ok(fit) if fit.passes_gate && fit.nis < NIS_OWN => {
+                Ok(fit) if fit.nis < NIS_MAX => {
                     let score = fit.ln_likelihood;
                     if best.is_none_or(|(_, best)| score > best) {
                         best = Some((place, score));

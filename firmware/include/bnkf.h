@@ -388,7 +388,8 @@ typedef struct BnkfLikelihood {
   uint8_t channels;
   // Degrees of freedom of the NIS.
   uint8_t degrees;
-  // Whether a step's gate would pass the measurement.
+  // Whether a step's gate would pass the measurement. It passes many that are another target's: associate by
+  // `nis` and `ln_likelihood`.
   bool passes_gate;
 } BnkfLikelihood;
 

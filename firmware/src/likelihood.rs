@@ -15,9 +15,10 @@ use crate::recursive::correction::GATE_NIS;
 /// ```
 /// use bnkf::Likelihood;
 ///
-/// /// Of the tracks that take a plot at all, the one that expects it most.
+/// /// Of the tracks that a plot can be of (chi-square, one of their own in twenty thousand is not), the one
+/// /// that expects it most.
 /// fn best(fits: &[Likelihood]) -> Option<usize> {
-///     let taken = fits.iter().enumerate().filter(|(_, fit)| fit.passes_gate);
+///     let taken = fits.iter().enumerate().filter(|(_, fit)| fit.degrees == 4 && fit.nis < 25.0);
 ///     let best = taken.max_by(|(_, a), (_, b)| a.ln_likelihood.total_cmp(&b.ln_likelihood));
 ///     best.map(|(place, _)| place)
 /// }
@@ -39,7 +40,8 @@ pub struct Likelihood {
     /// Natural logarithm of the density, per rad^2 m m/s or what is there of them:
     /// `-(NIS + ln det(2 pi S)) / 2` (Bar-Shalom, Li and Kirubarajan 2001, equation 5.4.2-5).
     pub ln_likelihood: f32,
-    /// Whether the gate would pass the measurement. A memoryless blob has none and uses everything:
+    /// Whether the gate of a step would pass the measurement, which knows that readings may be wrong: it passes
+    /// many that are another target's, and does not associate. A memoryless blob has none and uses everything:
     /// here the gate of a recursive one stands for it.
     pub passes_gate: bool,
 }

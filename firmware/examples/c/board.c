@@ -11,14 +11,30 @@ __attribute__((section(".start"), used)) static const struct {
     void (*first)(void);
 } vectors = {&stack_top, start};
 
-static void semihost(uint32_t operation, const void *argument) {
-    register uint32_t r0 __asm__("r0") = operation;
+static int32_t semihost(int32_t operation, const void *argument) {
+    register int32_t r0 __asm__("r0") = operation;
     register const void *r1 __asm__("r1") = argument;
     __asm__ volatile("bkpt 0xab" : "+r"(r0) : "r"(r1) : "memory");
+    return r0;
 }
 
-/* SYS_WRITE0. */
-void say(const char *text) { semihost(0x04, text); }
+/* SYS_OPEN of the standard output, for writing, and SYS_WRITE. */
+void say(const char *text) {
+    static const struct {
+        const char *name;
+        uint32_t mode, length;
+    } console = {":tt", 4, 3};
+    uint32_t length = 0;
+    while (text[length]) {
+        length++;
+    }
+    const struct {
+        int32_t console;
+        const char *text;
+        uint32_t length;
+    } written = {semihost(0x01, &console), text, length};
+    semihost(0x05, &written);
+}
 
 __attribute__((noreturn, used)) static void run(void) {
     int failed = main();

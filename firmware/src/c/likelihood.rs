@@ -18,7 +18,8 @@ pub struct BnkfLikelihood {
     pub channels: u8,
     /// Degrees of freedom of the NIS.
     pub degrees: u8,
-    /// Whether a step's gate would pass the measurement.
+    /// Whether a step's gate would pass the measurement. It passes many that are another target's: associate by
+    /// `nis` and `ln_likelihood`.
     pub passes_gate: bool,
 }
 
