@@ -98,10 +98,9 @@ fn the_package_builds_and_tests_alone() {
         .arg(&packaged),
     );
     let archives = fs::read_dir(packaged.join("package")).unwrap();
-    let archives = archives.map(|entry| entry.unwrap().path());
+    let mut archives = archives.map(|entry| entry.unwrap().path());
     let archive: PathBuf = archives
-        .filter(|path| path.extension().is_some_and(|name| name == "crate"))
-        .next()
+        .find(|path| path.extension().is_some_and(|name| name == "crate"))
         .unwrap();
     succeed(
         Command::new("tar")
