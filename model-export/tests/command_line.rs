@@ -180,7 +180,7 @@ fn wrong_inputs_are_named_in_one_line() {
         ),
         (
             &["train", "--flights", "empty", "--out", "m.bnkf"],
-            "empty: no .csv or .txt file",
+            "empty: no .csv, .txt, .tum, .ulg or .bin file",
         ),
         (
             &["train", "--flights", "none", "--out", "m.bnkf"],
