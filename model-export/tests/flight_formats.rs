@@ -48,12 +48,13 @@ fn what_was_assumed_is_said() {
     assert!(said("geodetic.csv").contains("up from it"));
     assert!(said("px4.ulg").contains("1 positions left out that the log marks as invalid"));
     assert!(said("ardupilot_pos.bin").contains("positions of POS"));
-    for name in [
-        "tum.txt",
-        "tum_without_header.tum",
-        "euroc.csv",
-        "ardupilot.bin",
-    ] {
+    assert_eq!(
+        said("px4.ulg").split(';').next(),
+        Some("read as PX4's ULog")
+    );
+    assert_eq!(said("ardupilot.bin"), "read as ArduPilot's log");
+    assert!(said("tum_without_header.tum").contains("read as a TUM trajectory"));
+    for name in ["tum.txt", "euroc.csv"] {
         assert_eq!(said(name), "", "{name}");
     }
 }

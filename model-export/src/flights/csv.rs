@@ -153,6 +153,11 @@ pub fn parse(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<FlightFi
         lines.push(record.line);
     }
     let mut notes = decimals.notes();
+    if columns.is_assumed() {
+        notes.push(
+            "no header and eight numbers a line: read as a TUM trajectory (seconds, x, y, z, quaternion)".to_owned(),
+        );
+    }
     if invalid > 0 {
         notes.push(format!(
             "{invalid} rows left out whose position is marked as invalid"
@@ -224,7 +229,7 @@ fn header_by<'a>(
             Err((line, cause)) => return Err((0, (line, cause))),
         };
         if let Some(columns) = Columns::of_tum(&record, separator, options) {
-            // Its first line is one of numbers already.
+            // Its first line is one of numbers already, and nothing says what they are.
             return Ok((Records::new(bytes, separator), columns));
         }
         match Columns::find(&record, separator, options) {
@@ -384,7 +389,7 @@ fn to_east_north_up(
             for (row, line) in rows.iter_mut().zip(lines) {
                 let here = place(row[1], row[2], row[3]);
                 if !here.is_a_place() {
-                    let is_latitude = row[1].abs() > 90.0;
+                    let is_latitude = !(row[1].abs() <= 90.0);
                     let (column, value, what) = if is_latitude {
                         (x, row[1], "latitude")
                     } else {

@@ -59,16 +59,23 @@ pub fn read_flight(path: &Path, options: &ReadOptions) -> Result<FlightFile, Fli
 /// # Errors
 /// See [`FlightFileCause`].
 pub fn parse(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<FlightFile, Located> {
-    let of_log = |log: Result<ulog::Rows, FlightFileCause>| {
-        let ulog::Rows { rows, notes } = log.map_err(|cause| (None, cause))?;
+    let of_log = |form: &str, log: Result<ulog::Rows, FlightFileCause>| {
+        let ulog::Rows { rows, mut notes } = log.map_err(|cause| (None, cause))?;
+        notes.insert(0, format!("read as {form}"));
         let flight = Flight::from_track(name, name, &rows);
         let flight = flight.map_err(|error| (None, FlightFileCause::Track(error)))?;
         Ok(FlightFile { flight, notes })
     };
     let mut file = if bytes.starts_with(ulog::MAGIC) {
-        of_log(ulog::parse(bytes).map_err(FlightFileCause::from))?
+        of_log(
+            "PX4's ULog",
+            ulog::parse(bytes).map_err(FlightFileCause::from),
+        )?
     } else if bytes.starts_with(dataflash::MAGIC) {
-        of_log(dataflash::parse(bytes).map_err(FlightFileCause::from))?
+        of_log(
+            "ArduPilot's log",
+            dataflash::parse(bytes).map_err(FlightFileCause::from),
+        )?
     } else {
         csv::parse(bytes, name, options)?
     };

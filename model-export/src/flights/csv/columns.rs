@@ -105,6 +105,7 @@ pub struct Columns {
     index: [usize; 4],
     titles: [String; 4],
     valid: Vec<usize>,
+    assumed: bool,
     /// Unit that the time's name says.
     pub time_unit: Option<TimeUnit>,
     /// Frame that the positions' names say.
@@ -168,6 +169,7 @@ impl Columns {
             index,
             titles: index.map(|index| own[index].clone()),
             valid: valid.collect(),
+            assumed: false,
             time_unit,
             frame,
         })
@@ -189,9 +191,15 @@ impl Columns {
             index: [0, 1, 2, 3],
             titles: ["timestamp", "tx", "ty", "tz"].map(str::to_owned),
             valid: Vec::new(),
+            assumed: true,
             time_unit: Some(TimeUnit::S),
             frame: Some(Frame::Enu),
         })
+    }
+
+    /// Whether there was no header to find them in.
+    pub(super) fn is_assumed(&self) -> bool {
+        self.assumed
     }
 
     /// Whether positions are latitude, longitude and height.
