@@ -1,17 +1,45 @@
 //! Tables as CSV: one header, rows as long as it, quotes where a field needs them.
 
+/// A table under construction.
+pub struct CsvText {
+    writer: csv::Writer<Vec<u8>>,
+}
+
+impl CsvText {
+    /// A table without rows.
+    pub fn new(header: &[&str]) -> Self {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        // Writing to a vector fails only for rows of another length.
+        writer.write_record(header).expect("the first row");
+        Self { writer }
+    }
+
+    /// Adds rows.
+    ///
+    /// # Panics
+    /// A row is not as long as the header.
+    pub fn add(&mut self, rows: impl Iterator<Item = Vec<String>>) {
+        for row in rows {
+            self.writer
+                .write_record(&row)
+                .expect("as long as the header");
+        }
+    }
+
+    /// The text.
+    pub fn finish(self) -> Vec<u8> {
+        self.writer.into_inner().expect("a vector takes everything")
+    }
+}
+
 /// The text of a table.
 ///
 /// # Panics
 /// A row is not as long as the header.
 pub fn csv(header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Vec<u8> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    // Writing to a vector fails only for rows of another length.
-    writer.write_record(header).expect("the first row");
-    for row in rows {
-        writer.write_record(&row).expect("as long as the header");
-    }
-    writer.into_inner().expect("a vector takes everything")
+    let mut text = CsvText::new(header);
+    text.add(rows);
+    text.finish()
 }
 
 /// The shortest text that reads back as the same number; empty for none.

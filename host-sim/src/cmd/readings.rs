@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::evaluate::data::Data;
 use super::evaluate::{self, EvaluateError, Subject};
 use crate::cmd::progress;
-use crate::csv_text;
+use crate::csv_text::CsvText;
 use crate::exchange::readings::{self, ReadingsFile, Sighting};
 use crate::output_folder::{self, OutputFolderError};
 
@@ -73,7 +73,7 @@ pub fn run(args: &Args) -> Result<(), ReadingsError> {
     let conditions = scenario.radar.conditions();
     let bar = progress::bar(conditions.len(), "Measuring");
     let mut file = ReadingsFile::new()?;
-    let mut rows = Vec::new();
+    let (mut text, mut rows) = (CsvText::new(&readings::header()), 0);
     for condition in conditions {
         let sighting = |flight| Sighting {
             flight,
@@ -84,16 +84,18 @@ pub fn run(args: &Args) -> Result<(), ReadingsError> {
         };
         let sightings: Vec<_> = data.runs.flights.par_iter().map(sighting).collect();
         file.add(&sightings)?;
-        rows.extend(sightings.iter().flat_map(readings::csv_rows));
+        // A condition at a time: as fields, all rows would take gigabytes.
+        for sighting in &sightings {
+            rows += sighting.readings.len();
+            text.add(readings::csv_rows(sighting));
+        }
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let count = rows.len();
-    let csv = csv_text::csv(&readings::header(), rows.into_iter());
     let said = |name: &str| format!("{}\n", args.out.join(name).display());
     atomic_file::write(&args.out.join(PARQUET), &file.finish()?)?;
-    atomic_file::write(&args.out.join(CSV), &csv)?;
-    let said = format!("{count} rows\n{}{}", said(PARQUET), said(CSV));
+    atomic_file::write(&args.out.join(CSV), &text.finish())?;
+    let said = format!("{rows} rows\n{}{}", said(PARQUET), said(CSV));
     std::io::stdout().write_all(said.as_bytes())?;
     Ok(())
 }

@@ -8,6 +8,7 @@
 //! for an estimate in a gap. Rows of several targets have a column `flight`, and what else tells them apart:
 //! `noise_table`, `noise`, `rate`. Others are ignored.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use bnkf_model_export::radar::polar::wrap_azimuth;
@@ -105,19 +106,21 @@ pub fn read(path: &Path, sigmas: StatedSigmas) -> Result<Vec<Target>, TableError
     let mut table = Table::open(path)?;
     let columns = Columns::of(&table, sigmas)?;
     let mut targets: Vec<Target> = Vec::new();
+    let mut places: HashMap<String, usize> = HashMap::new();
     let mut start_s = None;
     while let Some(row) = table.next_row()? {
         let plot = columns.plot(&row, &mut start_s);
         let plot = plot.map_err(|cause| table.fault(Some(row.line), cause))?;
         let parts = columns.names.iter().map(|at| row.text(*at));
         let name = parts.collect::<Vec<_>>().join(" ");
-        match targets.iter_mut().rev().find(|target| target.name == name) {
-            Some(target) => target.plots.push(plot),
-            None => targets.push(Target {
-                name,
-                plots: vec![plot],
-            }),
-        }
+        let place = *places.entry(name).or_insert_with_key(|name| {
+            targets.push(Target {
+                name: name.clone(),
+                plots: Vec::new(),
+            });
+            targets.len() - 1
+        });
+        targets[place].plots.push(plot);
     }
     if targets.is_empty() {
         return Err(table.fault(None, TableCause::Row("no rows".to_owned())));
