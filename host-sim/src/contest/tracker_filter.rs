@@ -33,14 +33,7 @@ impl<'a> TrackerFilter<'a> {
     ) -> Result<PositionEstimate, FilterError> {
         let estimate = answer.map_err(FilterError::Tracker)?;
         let corrected = self.tracker.tracker().settings().correction != Correction::None;
-        let nis = Nis {
-            value: f64::from(estimate.nis),
-            // A recursive filter measures its velocity too, and may lack a channel.
-            degrees: match (estimate.motion, reading) {
-                (Some(_), Some(reading)) => reading.measured(),
-                _ => 3,
-            },
-        };
+        let nis = nis_of(&estimate, reading);
         let (position_m, covariance_m2) = position(&estimate);
         Ok(PositionEstimate {
             position_m,
@@ -54,6 +47,18 @@ impl<'a> TrackerFilter<'a> {
             },
             outside: estimate.outside,
         })
+    }
+}
+
+/// The NIS of an estimate that a reading met, with its degrees of freedom.
+pub fn nis_of(estimate: &Estimate, reading: Option<&Reading>) -> Nis {
+    Nis {
+        value: f64::from(estimate.nis),
+        // A recursive filter measures its velocity too, and may lack a channel.
+        degrees: match (estimate.motion, reading) {
+            (Some(_), Some(reading)) => reading.measured(),
+            _ => 3,
+        },
     }
 }
 

@@ -112,3 +112,96 @@ pub fn modes(answers: &[Answer]) -> String {
     }
     said.join(", ")
 }
+
+#[cfg(test)]
+mod tests {
+    use bnkf_model_export::radar::pose::Pose;
+    use bnkf_model_export::radar::reading::Reading;
+
+    use super::*;
+    use crate::contest::default_models;
+    use crate::exchange::plots::{Plot, Target};
+    use crate::exchange::tracked;
+    use bnkf::Settings;
+
+    /// A target at rest; errors of its readings have `factor` times the stated standard deviations.
+    fn answers(factor: f64) -> Vec<Answer> {
+        asked((0..120).map(|step| plot(step, factor)).collect())
+    }
+
+    fn plot(step: u64, factor: f64) -> Plot {
+        let error = |step: u64, channel: u64| {
+            // As far up as down, of variance one.
+            let share = ((7 * step + 3 * channel) % 12) as f64;
+            factor * (share - 5.5) / 3.452
+        };
+        Plot {
+            line: step + 2,
+            time_us: 100_000 * step,
+            reading: (step % 6 != 5).then(|| Reading {
+                time_us: 100_000 * step,
+                range_m: 35.0 + 0.5 * error(step, 0),
+                elevation_rad: 0.3 + 0.01 * error(step, 1),
+                azimuth_rad: 0.7 + 0.01 * error(step, 2),
+                range_rate_mps: 0.1 * error(step, 3),
+                sigma_range_m: 0.5,
+                sigma_elevation_rad: 0.01,
+                sigma_azimuth_rad: 0.01,
+                sigma_range_rate_mps: 0.1,
+                sensor: Pose::ORIGIN,
+                late_us: 0,
+            }),
+        }
+    }
+
+    fn asked(plots: Vec<Plot>) -> Vec<Answer> {
+        let target = Target {
+            name: "a".to_owned(),
+            plots,
+        };
+        let model = default_models::recursive().unwrap();
+        tracked::run(&model, Settings::of(&model.blob()), &target).unwrap()
+    }
+
+    #[test]
+    fn errors_twice_as_large_as_stated_are_seen_without_a_truth() {
+        let [honest, twice] =
+            [1.0, 2.5].map(|factor| SelfConsistency::of(&answers(factor)).unwrap());
+        assert_eq!(honest.readings, 99);
+        assert!(honest.ratio < honest.region.1, "{honest}");
+        assert!(twice.ratio > twice.region.1 && twice.far > 0.05, "{twice}");
+        assert!(twice.to_string().contains("surer than the readings allow"));
+        // The sum of 99 innovations of four numbers: deviation sqrt(2 / 396).
+        let deviation = (2.0_f64 / 396.0).sqrt();
+        assert!((honest.region.1 - 1.0 - 1.96 * deviation).abs() < 0.01);
+        assert_eq!(modes(&answers(1.0)), "1 started, 99 tracking, 20 coasting");
+    }
+
+    #[test]
+    fn an_answer_to_a_late_reading_is_not_counted_again() {
+        let mut plots: Vec<Plot> = (0..5).map(|step| plot(step, 1.0)).collect();
+        plots.swap(3, 4);
+        let answers = asked(plots);
+        let counted: Vec<bool> = answers
+            .iter()
+            .map(|answer| answer.nis().is_some())
+            .collect();
+        assert_eq!(counted, [false, true, true, true, false]);
+        assert!(answers.iter().all(|answer| answer.estimate.is_ok()));
+    }
+
+    #[test]
+    fn nothing_is_said_of_no_innovation() {
+        assert_eq!(SelfConsistency::of(&answers(1.0)[..1]), None);
+    }
+
+    /// As the page has it: a name that is markup stays text, and every coordinate is a number.
+    #[test]
+    fn the_picture_is_sound() {
+        let picture = crate::plot::track_figure::draw("<b>", &answers(1.0));
+        assert!(picture.contains("Track of &lt;b&gt;") && !picture.contains("<b>"));
+        assert!(!picture.contains("NaN") && !picture.contains("inf"));
+        let nobody = crate::plot::track_figure::draw("", &[]);
+        assert!(!nobody.contains("NaN"));
+    }
+}

@@ -4,6 +4,7 @@ use bnkf::{Estimate, LateTracker, Measurement, Mode, Settings, StepError, Tracke
 
 use super::plots::{Plot, Target};
 use crate::contest::model::Model;
+use crate::contest::tracker_filter::nis_of;
 use crate::csv_text::number;
 use crate::filter::Nis;
 
@@ -16,7 +17,7 @@ pub struct Answer {
     pub estimate: Result<Estimate, StepError>,
 }
 
-/// Columns of the table of answers, after `flight`. Units stand in the names.
+/// Columns of the table of answers. Units stand in the names.
 pub const HEADER: [&str; 22] = [
     "flight",
     "line",
@@ -63,15 +64,14 @@ pub fn run(
 }
 
 impl Answer {
-    /// Normalised innovation squared, where a reading met a prediction.
+    /// Normalised innovation squared, where a reading met a prediction. What is answered to a late one is of
+    /// the newest time, and so is its NIS: that one was counted already.
     pub fn nis(&self) -> Option<Nis> {
         let estimate = self.estimate.as_ref().ok()?;
         let reading = self.plot.reading.as_ref()?;
-        let met = matches!(estimate.mode, Mode::Tracking | Mode::Rejected);
-        met.then(|| Nis {
-            value: f64::from(estimate.nis),
-            degrees: reading.measured(),
-        })
+        let met = estimate.time_us == self.plot.time_us
+            && matches!(estimate.mode, Mode::Tracking | Mode::Rejected);
+        met.then(|| nis_of(estimate, Some(reading)))
     }
 
     /// A row of the table.
