@@ -141,6 +141,8 @@ fn a_wrong_file_is_named_with_the_remedy() {
         said(b"time,lat,lon,alt\n0,91,8,1\n1,47,8,1\n2,47,8,1\n")
             .contains("`lat` = 91 is no latitude")
     );
+    let of_nan = said(b"time,lat,lon,alt\n0,nan,8,1\n1,47,8,1\n2,47,8,1\n");
+    assert!(of_nan.contains("`lat` = NaN is no latitude"), "{of_nan}");
     assert!(said(b"1.0 2 3 4\n2.0 2 3 4\n").contains("no header"));
     assert!(said(b"time,lat,lon\n0,47,8\n").contains("--columns"));
 }

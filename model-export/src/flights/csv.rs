@@ -389,7 +389,7 @@ fn to_east_north_up(
             for (row, line) in rows.iter_mut().zip(lines) {
                 let here = place(row[1], row[2], row[3]);
                 if !here.is_a_place() {
-                    let is_latitude = !(row[1].abs() <= 90.0);
+                    let is_latitude = row[1].is_nan() || row[1].abs() > 90.0;
                     let (column, value, what) = if is_latitude {
                         (x, row[1], "latitude")
                     } else {
