@@ -9,7 +9,7 @@ use bnkf_model_export::atomic_file::{self, AtomicWriteError};
 use super::positive::positive;
 use crate::contest::default_models;
 use crate::contest::model::{Model, ModelError};
-use crate::csv_text;
+use crate::csv_text::CsvText;
 use crate::exchange::columns::TableError;
 use crate::exchange::plots::{self, StatedSigmas};
 use crate::exchange::self_consistency::{SelfConsistency, modes};
@@ -101,11 +101,11 @@ pub fn run(args: &Args) -> Result<(), TrackError> {
         range_rate_mps: args.sigma_range_rate_mps,
     };
     let targets = plots::read(&args.readings, sigmas)?;
-    let (mut rows, mut said) = (Vec::new(), String::new());
+    let (mut text, mut said) = (CsvText::new(&tracked::HEADER), String::new());
     let mut figure = None;
     for target in &targets {
         let answers = tracked::run(&model, settings, target)?;
-        rows.extend(answers.iter().map(|answer| answer.row(&target.name)));
+        text.add(answers.iter().map(|answer| answer.row(&target.name)));
         let consistency = SelfConsistency::of(&answers);
         let consistency = consistency.map_or("no innovation".to_owned(), |c| c.to_string());
         let name = if target.name.is_empty() {
@@ -117,10 +117,7 @@ pub fn run(args: &Args) -> Result<(), TrackError> {
         figure.get_or_insert_with(|| track_figure::draw(&target.name, &answers));
     }
     let estimates = args.out.join(ESTIMATES);
-    atomic_file::write(
-        &estimates,
-        &csv_text::csv(&tracked::HEADER, rows.into_iter()),
-    )?;
+    atomic_file::write(&estimates, &text.finish())?;
     said += &format!("{}\n", estimates.display());
     if let Some(figure) = figure {
         let path = args.out.join(FIGURE);

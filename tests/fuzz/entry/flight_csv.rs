@@ -1,9 +1,9 @@
-//! Any bytes as a flight file.
+//! Any bytes as a flight file: CSV and its kin, and the logs that their first bytes name.
 
 use bnkf_model_export::flights::csv::frame::Frame;
 use bnkf_model_export::flights::csv::options::ReadOptions;
-use bnkf_model_export::flights::csv::parse;
 use bnkf_model_export::flights::csv::time_unit::TimeUnit;
+use bnkf_model_export::flights::flight_file::parse;
 
 /// Panics where the reader panics, accepts what is no flight, or says more than a line.
 pub fn run(bytes: &[u8]) {
@@ -13,7 +13,11 @@ pub fn run(bytes: &[u8]) {
         columns: None,
         resample: None,
     };
-    for options in [ReadOptions::default(), said] {
+    let geodetic = ReadOptions {
+        frame: Some(Frame::Wgs84),
+        ..ReadOptions::default()
+    };
+    for options in [ReadOptions::default(), said, geodetic] {
         match parse(bytes, "f.csv", &options) {
             Ok(file) => {
                 let samples = &file.flight.samples;
