@@ -172,6 +172,7 @@ mod spread;
 mod step_error;
 mod track;
 mod tracker;
+mod trigonometry;
 mod workspace;
 
 pub use call::Call;

@@ -42,8 +42,7 @@ impl Mounting {
     /// How well these three are known is not asked: what a vehicle's attitude is unsure by belongs
     /// into the sigmas of the angles.
     pub fn new(yaw_rad: f32, pitch_rad: f32, roll_rad: f32) -> Self {
-        let [(sy, cy), (sp, cp), (sr, cr)] =
-            [yaw_rad, pitch_rad, roll_rad].map(|angle| (Scalar::sin(angle), Scalar::cos(angle)));
+        let [(sy, cy), (sp, cp), (sr, cr)] = [yaw_rad, pitch_rad, roll_rad].map(Scalar::sin_cos);
         Self {
             rotation: [
                 [cy * cp, -sy * cr - cy * sp * sr, sy * sr - cy * sp * cr],

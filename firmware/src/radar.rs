@@ -90,19 +90,17 @@ pub fn innovations<S: Scalar>(measured: &[S; 4], expected: &[S; 4]) -> [S; 4] {
 /// Position of a target at `range` (m), `elevation` and `azimuth` (rad). A negative range, which
 /// noise can produce, gives the point opposite.
 pub fn position<S: Scalar>(range: S, elevation: S, azimuth: S) -> [S; 3] {
-    let horizontal = range * elevation.cos();
-    [
-        horizontal * azimuth.cos(),
-        horizontal * azimuth.sin(),
-        range * elevation.sin(),
-    ]
+    let (sin_el, cos_el) = elevation.sin_cos();
+    let (sin_az, cos_az) = azimuth.sin_cos();
+    let horizontal = range * cos_el;
+    [horizontal * cos_az, horizontal * sin_az, range * sin_el]
 }
 
 /// Unit vectors at a direction (rad) along which range, elevation and azimuth grow.
 #[inline]
 pub fn axes<S: Scalar>(elevation: S, azimuth: S) -> [[S; 3]; 3] {
-    let (sin_el, cos_el) = (elevation.sin(), elevation.cos());
-    let (sin_az, cos_az) = (azimuth.sin(), azimuth.cos());
+    let (sin_el, cos_el) = elevation.sin_cos();
+    let (sin_az, cos_az) = azimuth.sin_cos();
     [
         [cos_el * cos_az, cos_el * sin_az, sin_el],
         [-sin_el * cos_az, -sin_el * sin_az, cos_el],

@@ -7,7 +7,7 @@
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::kernel;
+use crate::{kernel, trigonometry};
 
 /// A real number that the filter step can be written in.
 pub trait Scalar:
@@ -28,10 +28,8 @@ pub trait Scalar:
     fn exp_m1(self) -> Self;
     /// Natural logarithm.
     fn ln(self) -> Self;
-    /// Sine of radians.
-    fn sin(self) -> Self;
-    /// Cosine of radians.
-    fn cos(self) -> Self;
+    /// Sine and cosine of radians.
+    fn sin_cos(self) -> (Self, Self);
     /// Angle of the point `(x, self)`, radians.
     fn atan2(self, x: Self) -> Self;
     /// Hyperbolic tangent.
@@ -53,6 +51,16 @@ pub trait Scalar:
         (self * Self::constant(1e6)).clamp(0.0, 1.0)
     }
 
+    /// Sine of radians.
+    fn sin(self) -> Self {
+        self.sin_cos().0
+    }
+
+    /// Cosine of radians.
+    fn cos(self) -> Self {
+        self.sin_cos().1
+    }
+
     /// Magnitude.
     fn abs(self) -> Self {
         self.max(-self)
@@ -66,7 +74,7 @@ pub trait Scalar:
 }
 
 macro_rules! scalar {
-    ($float:ty, $sqrt:expr, $exp:expr, $exp_m1:expr, $ln:expr, $sin:expr, $cos:expr, $atan2:expr,
+    ($float:ty, $sqrt:expr, $exp:expr, $exp_m1:expr, $ln:expr, $sin_cos:expr, $atan2:expr,
      $tanh:expr, $floor:expr) => {
         impl Scalar for $float {
             #[inline]
@@ -90,12 +98,8 @@ macro_rules! scalar {
                 $ln(self)
             }
             #[inline]
-            fn sin(self) -> Self {
-                $sin(self)
-            }
-            #[inline]
-            fn cos(self) -> Self {
-                $cos(self)
+            fn sin_cos(self) -> (Self, Self) {
+                $sin_cos(self)
             }
             #[inline]
             fn atan2(self, x: Self) -> Self {
@@ -144,8 +148,7 @@ scalar!(
     libm::expf,
     libm::expm1f,
     libm::logf,
-    libm::sinf,
-    libm::cosf,
+    trigonometry::sin_cos,
     libm::atan2f,
     libm::tanhf,
     libm::floorf
@@ -156,8 +159,7 @@ scalar!(
     libm::exp,
     libm::expm1,
     libm::log,
-    libm::sin,
-    libm::cos,
+    libm::sincos,
     libm::atan2,
     libm::tanh,
     libm::floor
@@ -265,6 +267,10 @@ mod tests {
                 $(fn $function(self) -> Self {
                     Self(Scalar::$function(self.0))
                 })*
+                fn sin_cos(self) -> (Self, Self) {
+                    let (s, c) = Scalar::sin_cos(self.0);
+                    (Self(s), Self(c))
+                }
                 fn atan2(self, x: Self) -> Self {
                     Self(Scalar::atan2(self.0, x.0))
                 }
@@ -278,7 +284,7 @@ mod tests {
         };
     }
     plain! { Add add; Sub sub; Mul mul; Div div; }
-    plain! { sqrt exp exp_m1 ln sin cos tanh wrap }
+    plain! { sqrt exp exp_m1 ln tanh wrap }
 
     impl core::ops::Neg for Plain {
         type Output = Self;

@@ -2,6 +2,7 @@
 
 use super::population::Population;
 use super::state::{Covariance, State};
+use crate::scalar::Scalar;
 
 /// Deviations of the population's range and elevation within which most of its targets are.
 const HOME_SIGMAS: f32 = 3.5;
@@ -78,7 +79,7 @@ impl Place {
         Self {
             range_m,
             elevation_sine: elevation_rad
-                .map(|angle| libm::sinf(angle.clamp(-right_angle, right_angle))),
+                .map(|angle| Scalar::sin(angle.clamp(-right_angle, right_angle))),
         }
     }
 

@@ -36,7 +36,7 @@ impl<S: Scalar> Transition<S> {
         let fade = (-schedule.decay_hz * dt_s).exp_m1();
         let f1 = -fade / schedule.decay_hz;
         let half = constant(0.5) * schedule.turn_radps * dt_s;
-        let (c, s) = (half.cos(), half.sin());
+        let (s, c) = half.sin_cos();
         let [level, vertical] = schedule.damping_hz2;
         Self {
             dt_s,

@@ -237,11 +237,11 @@ impl Scalar for Variable<'_> {
     fn ln(self) -> Self {
         self.unary(f64::ln, Operation::Ln)
     }
-    fn sin(self) -> Self {
-        self.unary(f64::sin, Operation::Sin)
-    }
-    fn cos(self) -> Self {
-        self.unary(f64::cos, Operation::Cos)
+    fn sin_cos(self) -> (Self, Self) {
+        (
+            self.unary(f64::sin, Operation::Sin),
+            self.unary(f64::cos, Operation::Cos),
+        )
     }
     fn tanh(self) -> Self {
         self.unary(f64::tanh, Operation::Tanh)
