@@ -50,7 +50,9 @@ impl<S: Scalar> Transition<S> {
     }
 
     /// The transition matrix times one column.
-    fn apply(&self, x: &[S; 9]) -> [S; 9] {
+    // By value and inlined: in registers.
+    #[inline(always)]
+    fn apply(&self, x: [S; 9]) -> [S; 9] {
         let turned = |(c, s): (S, S)| [c * x[6] - s * x[7], s * x[6] + c * x[7], x[8]];
         let (half, full) = (turned(self.half), turned(self.full));
         let mut moved = [S::constant(0.0); 9];
@@ -74,21 +76,22 @@ pub fn predict<S: Scalar>(
     dt_s: S,
 ) {
     let transition = Transition::new(schedule, dt_s);
-    *state = transition.apply(state);
+    *state = transition.apply(*state);
     let jerk = sight.world(schedule.jerk_mps3);
     for axis in 0..3 {
         state[3 + axis] = state[3 + axis] + transition.f2 * jerk[axis];
         state[6 + axis] = state[6 + axis] + transition.f1 * jerk[axis];
     }
-    // F P, then F (F P)': two passes over columns, the second on rows of the first.
-    // A symmetric covariance has its columns as rows, so then row i holds column i of F P.
+    // A symmetric covariance has its columns as rows, so then row i holds column i of F P, and the whole is
+    // P F'; its columns become those of F P F'.
     for column in covariance.iter_mut() {
-        *column = transition.apply(column);
+        *column = transition.apply(*column);
     }
-    // What a row takes the place of, its diagonal and what is left of it, no later row reads.
-    for row in 0..9 {
-        let values = transition.apply(&core::array::from_fn(|column| covariance[column][row]));
-        covariance[row][..=row].copy_from_slice(&values[..=row]);
+    for column in 0..9 {
+        let values = transition.apply(core::array::from_fn(|row| covariance[row][column]));
+        for (row, value) in covariance.iter_mut().zip(values) {
+            row[column] = value;
+        }
     }
     add_noise(covariance, sight, &schedule.noise, dt_s);
 }
