@@ -19,6 +19,7 @@ check format cargo fmt --all --check
 check clippy cargo clippy --quiet --keep-going --locked --workspace --all-targets -- -D warnings
 # No workspace build has them.
 check features cargo clippy --quiet --locked -p bnkf --features defmt,serde -- -D warnings
+check "nothing but the core" cargo clippy --quiet --locked -p bnkf --no-default-features --features c -- -D warnings
 # Not a member of the workspace.
 check "format of Python's crate" cargo fmt --manifest-path firmware/python/Cargo.toml --check
 check "clippy of Python's crate" cargo clippy --quiet --locked --manifest-path firmware/python/Cargo.toml \

@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use bnkf::blob::{self, Blob, field};
 use bnkf::protocol::{InferenceCode, RefusalCode, Reply, Request, Reset, encode};
-use bnkf::{Correction, Inference, Settings};
+use bnkf::{Correction, Inference, Part, Settings};
 use bnkf_host_sim::image::build::build_image;
 use bnkf_host_sim::image::equality::{Comparison, RecordedStep, compare, record};
 use bnkf_host_sim::image::log::LogTable;
@@ -33,7 +33,7 @@ const ANSWER_TIME_MAX: Duration = Duration::from_secs(120);
 fn image(blob: &[u8]) -> tempfile::TempPath {
     let path = tempfile::NamedTempFile::new().unwrap().into_temp_path();
     let toolchain = Toolchain::find(ToolchainChoice::Auto).unwrap_or_else(|e| panic!("{e}"));
-    build_image(&toolchain, blob, &path).unwrap_or_else(|e| panic!("{e}"));
+    build_image(&toolchain, blob, &Part::ALL, &path).unwrap_or_else(|e| panic!("{e}"));
     path
 }
 

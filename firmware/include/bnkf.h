@@ -103,6 +103,8 @@ enum BnkfStatus
   BNKF_STATUS_SETTINGS_CORRECTION = 64,
   // The number of passes does not fit the kind of inference.
   BNKF_STATUS_SETTINGS_PASSES = 65,
+  // The library was built without what the model or the kind of inference needs.
+  BNKF_STATUS_SETTINGS_LEFT_OUT = 66,
   // Nothing was measured.
   BNKF_STATUS_NOTHING_MEASURED = 80,
   // The elevation or its sigma is not finite.

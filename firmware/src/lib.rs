@@ -107,10 +107,14 @@
 //!
 //! # Features
 //!
-//! None is on by default.
+//! The first three are on by default. Without them the image of the recursive tracker is 79 KB of code in place of
+//! 118, and needs 7.9 KB of memory in place of 13.6; what is left out is refused ([`Part`]).
 //!
 //! | feature | what |
 //! |---|---|
+//! | `memoryless` | models that answer with a position: the paper's BNN, BNKF and BNKFe |
+//! | `passes` | Monte Carlo passes ([`Inference::Passes`]) |
+//! | `moments` | moments without passes ([`Inference::Moments`]) |
 //! | `serde` | `Serialize` and `Deserialize` for public values: measurements, estimates, settings, errors |
 //! | `defmt` | `defmt::Format` for the same |
 //! | `c` | the functions that `include/bnkf.h` declares |
@@ -156,6 +160,7 @@ mod model;
 pub mod mounting;
 #[doc(hidden)]
 pub mod network;
+mod part;
 pub mod protocol;
 #[doc(hidden)]
 pub mod radar;
@@ -185,6 +190,7 @@ pub use likelihood::Likelihood;
 pub use measurement::{Channel, Measurement, MeasurementError, Sensed};
 pub use model::{MODEL_BYTES_MAX, Model};
 pub use mounting::{Direction, Mounting};
+pub use part::Part;
 pub use sensor::{Sensor, SensorError};
 pub use settings::{Correction, Settings, TrackerError};
 pub use spread::Spread;

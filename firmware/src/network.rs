@@ -10,6 +10,7 @@ use crate::blob::field::{LAYERS_MAX, WIDTH_MAX};
 use crate::gaussian::standard_normals;
 use crate::kernel::activation::{gelu, gelu_in_place, gelus};
 use crate::kernel::{Adjoint, Packed, Second, Vector, sqrt, square_roots};
+use crate::part::Part;
 
 use rand_core::Rng;
 
@@ -19,32 +20,58 @@ pub const LANES: usize = 4;
 /// Working memory of a network, 7 KB; contents are meaningless between calls.
 #[derive(Debug)]
 pub struct Scratch {
-    packed: Packed<LANES>,
     activations: [[f32; LANES]; WIDTH_MAX],
-    /// Mean and standard deviation of the first layer's pre-activations: the same in every pass.
-    first: [(f32, f32); WIDTH_MAX],
     /// For a pass with every weight at its mean.
     vector: Vector,
-    /// For moments.
-    second: Second,
-    adjoint: Adjoint,
+    drawing: [Drawing; Part::Passes.count()],
+    noise: [Noise; Part::Moments.count()],
     /// One number for each unit of every layer but one. Of passes those after the first layer: variances of
     /// the pre-activations, summed over the exact passes since the network was prepared, or frozen standard
     /// deviations. Of moments what [`moments::outputs`] keeps of the hidden layers.
-    units: [[f32; WIDTH_MAX]; LAYERS_MAX - 1],
+    units: [[f32; WIDTH_MAX]; UNITS],
 }
+
+/// Working memory of passes.
+#[derive(Debug)]
+struct Drawing {
+    packed: Packed<LANES>,
+    /// Mean and standard deviation of the first layer's pre-activations: the same in every pass.
+    first: [(f32, f32); WIDTH_MAX],
+}
+
+/// Working memory of moments.
+#[derive(Debug)]
+struct Noise {
+    second: Second,
+    adjoint: Adjoint,
+}
+
+/// Layers of [`Scratch::units`].
+const UNITS: usize = if Part::Passes.is_built() || Part::Moments.is_built() {
+    LAYERS_MAX - 1
+} else {
+    0
+};
 
 impl Scratch {
     /// Fresh scratch.
     pub const fn new() -> Self {
         Self {
-            packed: Packed::new(),
             activations: [[0.0; LANES]; WIDTH_MAX],
-            first: [(0.0, 0.0); WIDTH_MAX],
             vector: Vector::new(),
-            second: Second::new(),
-            adjoint: Adjoint::new(),
-            units: [[0.0; WIDTH_MAX]; LAYERS_MAX - 1],
+            drawing: [const {
+                Drawing {
+                    packed: Packed::new(),
+                    first: [(0.0, 0.0); WIDTH_MAX],
+                }
+            }; Part::Passes.count()],
+            noise: [const {
+                Noise {
+                    second: Second::new(),
+                    adjoint: Adjoint::new(),
+                }
+            }; Part::Moments.count()],
+            units: [[0.0; WIDTH_MAX]; UNITS],
         }
     }
 }
@@ -117,6 +144,9 @@ impl<'a> Network<'a> {
     /// Computes the moments of the first layer for `inputs` (normalised), which every following
     /// [`Network::sampled_passes`] starts from.
     pub fn prepare(&self, inputs: &[f32], scratch: &mut Scratch) {
+        let Some(Drawing { first: slots, .. }) = scratch.drawing.first_mut() else {
+            return;
+        };
         let mut packed = Packed::<1>::new();
         // A vector in place of lanes, which nothing is in yet.
         let (activations, _) = scratch.activations.as_flattened_mut().as_chunks_mut();
@@ -125,7 +155,6 @@ impl<'a> Network<'a> {
         }
         let first = self.view.layer(0);
         packed.pack(&activations[..first.inputs.min(WIDTH_MAX)]);
-        let slots = &mut scratch.first;
         layer::moments(&first, &packed, slots, |slot, [mean], [variance]| {
             *slot = (mean, sqrt(variance));
         });
@@ -145,12 +174,14 @@ impl<'a> Network<'a> {
         rng: &mut impl Rng,
     ) -> &'s [[f32; LANES]; WIDTH_MAX] {
         let Scratch {
-            packed,
             activations,
-            first,
+            drawing,
             units: spread,
             ..
         } = scratch;
+        let Some(Drawing { packed, first }) = drawing.first_mut() else {
+            return activations;
+        };
         let last = self.first_layer(activations, first, rng);
         for (index, spread) in (1..=last).zip(spread) {
             let layer = self.view.layer(index);
@@ -188,12 +219,14 @@ impl<'a> Network<'a> {
         rng: &mut impl Rng,
     ) -> &'s [[f32; LANES]; WIDTH_MAX] {
         let Scratch {
-            packed,
             activations,
-            first,
+            drawing,
             units: spread,
             ..
         } = scratch;
+        let Some(Drawing { packed, first }) = drawing.first_mut() else {
+            return activations;
+        };
         let last = self.first_layer(activations, first, rng);
         for (index, sigmas) in (1..=last).zip(spread) {
             let layer = self.view.layer(index);

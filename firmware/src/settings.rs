@@ -2,6 +2,7 @@
 
 use crate::blob::{Blob, Kind};
 use crate::inference::Inference;
+use crate::part::Part;
 
 /// What the network's estimate is corrected with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,6 +54,8 @@ pub struct Settings {
 pub enum TrackerError {
     /// A recursive blob takes [`Correction::Polar`] only.
     Correction(Correction),
+    /// This build leaves out what the blob or the inference needs.
+    LeftOut(Part),
 }
 
 impl Settings {
@@ -71,6 +74,21 @@ impl Settings {
         }
     }
 
+    /// Whether a model of a kind that is run so needs a part.
+    pub fn needs(&self, kind: Kind, part: Part) -> bool {
+        match part {
+            Part::Memoryless => kind == Kind::Memoryless,
+            Part::Passes => matches!(self.inference, Inference::Passes(_)),
+            Part::Moments => self.inference == Inference::Moments,
+        }
+    }
+
+    /// What it needs and this build leaves out.
+    pub(crate) fn left_out(&self, kind: Kind) -> Option<Part> {
+        let mut parts = Part::ALL.into_iter();
+        parts.find(|part| self.needs(kind, *part) && !part.is_built())
+    }
+
     /// Checks that a blob can be run so.
     ///
     /// # Errors
@@ -79,7 +97,10 @@ impl Settings {
         if blob.kind() == Kind::Recursive && self.correction != Correction::Polar {
             return Err(TrackerError::Correction(self.correction));
         }
-        Ok(())
+        match self.left_out(blob.kind()) {
+            Some(part) => Err(TrackerError::LeftOut(part)),
+            None => Ok(()),
+        }
     }
 }
 
@@ -92,6 +113,7 @@ impl core::fmt::Display for TrackerError {
                     "correction: {correction:?} does not fit a recursive blob"
                 )
             }
+            Self::LeftOut(part) => write!(f, "this build is without the feature {part}"),
         }
     }
 }
@@ -124,6 +146,24 @@ mod tests {
                 Kind::Recursive => Err(TrackerError::Correction(Correction::None)),
             };
             assert_eq!(alone.check(&blob), expected);
+            for (inference, part) in [
+                (Inference::Mean, None),
+                (
+                    Inference::of_passes(16).expect("passes"),
+                    Some(Part::Passes),
+                ),
+                (Inference::Moments, Some(Part::Moments)),
+            ] {
+                let settings = Settings { inference, ..own };
+                let kind = (blob.kind() == Kind::Memoryless).then_some(Part::Memoryless);
+                let needed = |part: &Part| settings.needs(blob.kind(), *part);
+                let parts: std::vec::Vec<Part> = Part::ALL.into_iter().filter(needed).collect();
+                let expected: std::vec::Vec<Part> = kind.into_iter().chain(part).collect();
+                assert_eq!(parts, expected);
+                let left_out = expected.into_iter().find(|part| !part.is_built());
+                let expected = left_out.map_or(Ok(()), |part| Err(TrackerError::LeftOut(part)));
+                assert_eq!(settings.check(&blob), expected);
+            }
         }
     }
 }

@@ -15,6 +15,7 @@ use crate::likelihood::Likelihood;
 use crate::measurement::Measurement;
 use crate::memoryless::{self, Memoryless, Past};
 use crate::model::{Inner, Model};
+use crate::part::Part;
 use crate::recursive::{Belief, Recursive};
 use crate::rng::{Generator, seeded};
 use crate::settings::{Correction, Settings, TrackerError};
@@ -371,6 +372,8 @@ impl Track {
         self.belongs_to(model)?;
         let (settings, rng) = (&self.settings, &mut self.rng);
         match (&model.inner, &mut self.state) {
+            // No settings were accepted for what is left out, so that none of it is called.
+            (Inner::Memoryless(_), _) if !Part::Memoryless.is_built() => Err(StepError::OtherModel),
             (Inner::Memoryless(model), State::Memoryless(past)) => {
                 Ok(Run::Memoryless(Memoryless {
                     model,

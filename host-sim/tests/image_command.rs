@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+use bnkf::Part;
 use bnkf::blob::{self, Blob, field};
 use bnkf_host_sim::image::build::build_image;
 use bnkf_host_sim::image::toolchain::{Toolchain, ToolchainChoice};
@@ -47,7 +48,7 @@ fn equal_blobs_succeed_and_a_changed_weight_fails() {
     let text = |path: &Path| path.to_str().unwrap().to_owned();
     let (image, same, changed) = (path("image.elf"), path("same.bnkf"), path("changed.bnkf"));
     let toolchain = Toolchain::find(ToolchainChoice::Auto).unwrap();
-    build_image(&toolchain, BLOB, &image).unwrap();
+    build_image(&toolchain, BLOB, &Part::ALL, &image).unwrap();
     std::fs::write(&same, BLOB).unwrap();
     std::fs::write(&changed, changed_blob()).unwrap();
 

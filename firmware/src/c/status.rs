@@ -79,6 +79,8 @@ pub enum BnkfStatus {
     SettingsCorrection = 64,
     /// The number of passes does not fit the kind of inference.
     SettingsPasses = 65,
+    /// The library was built without what the model or the kind of inference needs.
+    SettingsLeftOut = 66,
 
     /// Nothing was measured.
     NothingMeasured = 80,
@@ -216,6 +218,7 @@ impl From<TrackerError> for BnkfStatus {
     fn from(error: TrackerError) -> Self {
         match error {
             TrackerError::Correction(_) => Self::SettingsCorrection,
+            TrackerError::LeftOut(_) => Self::SettingsLeftOut,
         }
     }
 }

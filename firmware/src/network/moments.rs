@@ -8,7 +8,7 @@
 //! times the slope, plus what its curve makes of its whole variance.
 
 use super::gelu_moments::GeluMoments;
-use super::{Network, Scratch, layer};
+use super::{Network, Noise, Scratch, layer};
 use crate::blob::field::{WIDTH_MAX, row_stride};
 use crate::blob::{LayerView, NetworkView};
 use crate::kernel::{Second, VECTORS};
@@ -48,11 +48,14 @@ fn forward(
 ) {
     let Scratch {
         vector,
-        second,
         activations,
+        noise: rooms,
         units: hidden,
         ..
     } = scratch;
+    let Some(Noise { second, .. }) = rooms.first_mut() else {
+        return;
+    };
     // Of what goes into a layer, then of what comes out.
     let (arrays, _) = activations.as_flattened_mut().as_chunks_mut();
     let [mean, variance, noise, passed] = arrays else {
@@ -157,12 +160,15 @@ fn backward(
     scratch: &mut Scratch,
 ) -> [[f32; VECTORS]; VECTORS] {
     let Scratch {
-        adjoint,
         activations,
+        noise: rooms,
         units: hidden,
         ..
     } = scratch;
     let mut covariance = [[0.0; VECTORS]; VECTORS];
+    let Some(Noise { adjoint, .. }) = rooms.first_mut() else {
+        return covariance;
+    };
     let (rows, _) = activations.as_flattened_mut().as_chunks_mut::<VECTORS>();
     let last = view.layers().saturating_sub(1);
     let scales = view.layer(last).channel_scale;

@@ -201,7 +201,7 @@ pub enum RefusalCode {
 impl From<TrackerError> for RefusalCode {
     fn from(error: TrackerError) -> Self {
         match error {
-            TrackerError::Correction(_) => Self::Settings,
+            TrackerError::Correction(_) | TrackerError::LeftOut(_) => Self::Settings,
         }
     }
 }

@@ -23,6 +23,7 @@ use crate::likelihood::Likelihood;
 use crate::measurement::{Measurement, Vectors};
 use crate::network::monte_carlo::separate_moments_into;
 use crate::network::{Network, moments};
+use crate::part::Part;
 use crate::rng::Generator;
 use crate::settings::Settings;
 use crate::step_error::StepError;
@@ -514,17 +515,18 @@ impl Recursive<'_, '_> {
         for view in self.model.blob.networks() {
             let network = Network::new(view);
             match self.settings.inference {
-                Inference::Mean => {
-                    network.mean_pass_in(&mut self.workspace.scratch, inputs, outputs);
-                }
-                Inference::Passes(passes) => {
+                Inference::Passes(passes) if Part::Passes.is_built() => {
                     jerk_variance = self.draw(&network, passes, inputs, outputs);
                 }
-                Inference::Moments => {
+                Inference::Moments if Part::Moments.is_built() => {
                     let scratch = &mut self.workspace.scratch;
                     let [[x, _, _], [_, y, _], [_, _, z]] =
                         moments::outputs(&network, inputs, outputs, JERK_OUTPUT, scratch);
                     jerk_variance = [x, y, z];
+                }
+                // No settings were accepted for what is left out.
+                Inference::Mean | Inference::Passes(_) | Inference::Moments => {
+                    network.mean_pass_in(&mut self.workspace.scratch, inputs, outputs);
                 }
             }
         }

@@ -19,7 +19,7 @@ impl Track {
     pub(super) fn check(&self) -> Result<(), TrackField> {
         let correct =
             self.settings.correction == Correction::Polar || self.kind() == Kind::Memoryless;
-        if !correct {
+        if !correct || self.settings.left_out(self.kind()).is_some() {
             return Err(TrackField::Settings);
         }
         if self.rng.state() == [0; 4] {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use bnkf::blob::Kind;
-use bnkf::{Correction, Inference, PassesError, Settings, Tracker};
+use bnkf::{Correction, Inference, Part, PassesError, Settings, Tracker};
 use bnkf_model_export::flights::csv::options::ReadOptions;
 use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::flights::flight_file::{FlightFileError, read_flight};
@@ -74,6 +74,9 @@ pub struct Args {
     /// Mean and covariance of the network's answers without passes
     #[arg(long, conflicts_with_all = ["passes", "frozen"])]
     pub moments: bool,
+    /// Leaves out of the image what this model and this inference do not need
+    #[arg(long, conflicts_with = "image")]
+    pub lean: bool,
     /// Seed of the flight, the radar's noise and the Monte Carlo passes
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
@@ -229,7 +232,11 @@ pub fn run(args: &Args) -> Result<(), ImageError> {
         None => {
             let toolchain = Toolchain::find(args.toolchain)?;
             eprintln!("building the image with {toolchain}");
-            build_image(&toolchain, model.bytes(), built.path())?;
+            let parts: Vec<Part> = Part::ALL
+                .into_iter()
+                .filter(|part| !args.lean || settings.needs(blob.kind(), *part))
+                .collect();
+            build_image(&toolchain, model.bytes(), &parts, built.path())?;
             built.path()
         }
     };

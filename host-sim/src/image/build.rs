@@ -6,6 +6,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus};
 
+use bnkf::Part;
+
 use crate::image::toolchain::Toolchain;
 
 const PACKAGE: &str = "bnkf";
@@ -40,13 +42,15 @@ pub enum ImageBuildError {
     },
 }
 
-/// Builds the image around the bytes of `blob` and copies it to `image`.
+/// Builds the image around the bytes of `blob`, with those of the parts that can be left out, and copies it to
+/// `image`.
 ///
 /// # Errors
 /// The sources are missing, or the compiler failed.
 pub fn build_image(
     toolchain: &Toolchain,
     blob: &[u8],
+    parts: &[Part],
     image: &Path,
 ) -> Result<(), ImageBuildError> {
     let io = |path: &Path| {
@@ -67,7 +71,16 @@ pub fn build_image(
     }
 
     let mut command = toolchain.cargo("build");
-    command.args(["--bin", BINARY, "--features", IMAGE]);
+    command.args([
+        "--bin",
+        BINARY,
+        "--no-default-features",
+        "--features",
+        IMAGE,
+    ]);
+    for part in parts {
+        command.args(["--features", &part.to_string()]);
+    }
     command.env("BNKF_BLOB", &blob_path);
     let built = build(toolchain, command)?.join(BINARY);
     fs::copy(&built, image).map_err(io(&built))?;
