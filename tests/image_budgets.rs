@@ -8,6 +8,7 @@ use bnkf::{Inference, Part, Settings};
 use bnkf_host_sim::image::build::build_image;
 use bnkf_host_sim::image::equality::{Spread, compare, record};
 use bnkf_host_sim::image::session::ImageSession;
+use bnkf_host_sim::image::stack::deepest;
 use bnkf_host_sim::image::toolchain::{Toolchain, ToolchainChoice};
 use bnkf_model_export::blob::quantise::quantise;
 use bnkf_model_export::blob::writer::{BlobContents, Normalisation, write_blob};
@@ -21,11 +22,12 @@ use bnkf_model_export::radar::sensors::Sensors;
 use bnkf_model_export::random_source::RandomSource;
 
 /// What is measured, in the order of the run's figures.
-const FIGURES: [&str; 8] = [
+const FIGURES: [&str; 9] = [
     "code_bytes",
     "blob_bytes",
     "ram_static_bytes",
     "stack_bytes",
+    "stack_bound_bytes",
     "instructions_step",
     "instructions_coast",
     "instructions_forecasts",
@@ -70,6 +72,7 @@ fn assert_within_budgets(bytes: &[u8], parts: &[Part], runs: &[(Inference, &str)
     let radar = RadarSettings::paper(noise, table, SamplingRate::THREE_QUARTERS, 1);
     let steps = record(&flight, &radar, &Sensors::Origin);
     let blob = Blob::parse(bytes).unwrap();
+    let stack_bound = deepest(&std::fs::read(image.path()).unwrap()).unwrap();
     let limits: toml::Table = include_str!("image_budgets.toml").parse().unwrap();
     for &(inference, name) in runs {
         let settings = Settings {
@@ -80,6 +83,10 @@ fn assert_within_budgets(bytes: &[u8], parts: &[Part], runs: &[(Inference, &str)
         let comparison = compare(&mut session, blob, settings, &steps).unwrap();
         assert!(comparison.all_identical());
         let budget = session.budget().unwrap();
+        assert!(
+            budget.stack_bytes_max <= stack_bound,
+            "{name}: the bound is none"
+        );
         let ticks = |ticks| Spread::of(ticks).unwrap().max;
 
         let figures = [
@@ -87,6 +94,7 @@ fn assert_within_budgets(bytes: &[u8], parts: &[Part], runs: &[(Inference, &str)
             session.ready().blob_bytes,
             budget.ram_static_bytes,
             budget.stack_bytes_max,
+            stack_bound,
             ticks(&comparison.ticks_measured),
             ticks(&comparison.ticks_coasted),
             ticks(&comparison.forecasts.ticks),

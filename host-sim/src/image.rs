@@ -7,4 +7,5 @@ pub mod qemu;
 pub mod question;
 pub mod report;
 pub mod session;
+pub mod stack;
 pub mod toolchain;

@@ -26,6 +26,7 @@ use crate::image::log::{ImageLogError, LogTable};
 use crate::image::qemu::QemuError;
 use crate::image::report::{figures, grouped};
 use crate::image::session::{ImageSession, SessionError};
+use crate::image::stack::deepest;
 use crate::image::toolchain::{Toolchain, ToolchainChoice, ToolchainError};
 
 /// Longest wait for one answer: the base for a slow machine, and a share for every pass.
@@ -268,10 +269,15 @@ pub fn run(args: &Args) -> Result<(), ImageError> {
             session.ready().blob_crc
         );
     }
-    report += &figures(&comparison, &session.ready(), &budget, settings.inference);
+    let elf = regular_file::read(image, IMAGE_BYTES_MAX)?;
+    let (ready, inference) = (session.ready(), settings.inference);
+    let bound = deepest(&elf);
+    if let Err(error) = &bound {
+        eprintln!("note: the stack has no bound: {error}");
+    }
+    report += &figures(&comparison, &ready, &budget, bound.ok(), inference);
     std::io::stdout().write_all(report.as_bytes())?;
     if args.log {
-        let elf = regular_file::read(image, IMAGE_BYTES_MAX)?;
         for line in LogTable::of_image(&elf)?.decode(&session.log()?)? {
             println!("log           {line}");
         }

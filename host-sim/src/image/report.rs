@@ -5,11 +5,13 @@ use bnkf::protocol::{BudgetFrame, Ready};
 
 use crate::image::equality::{Comparison, Spread};
 
-/// Equality, memory and instructions as lines of text. The image ran with `inference`.
+/// Equality, memory and instructions as lines of text. The image ran with `inference`, and its stack is at most
+/// `stack_bound` bytes, if that can be told.
 pub fn figures(
     comparison: &Comparison,
     ready: &Ready,
     budget: &BudgetFrame,
+    stack_bound: Option<u32>,
     inference: Inference,
 ) -> String {
     let mut text = format!(
@@ -31,13 +33,17 @@ pub fn figures(
     }
     text += &format!(
         "\nflash         {} bytes, {} of them the blob\n\
-         RAM           {} bytes: {} static, {} of stack at its deepest\n",
+         RAM           {} bytes: {} static, {} of stack at its deepest",
         grouped(budget.flash_bytes as usize),
         grouped(ready.blob_bytes as usize),
         grouped((budget.ram_static_bytes + budget.stack_bytes_max) as usize),
         grouped(budget.ram_static_bytes as usize),
         grouped(budget.stack_bytes_max as usize),
     );
+    if let Some(bound) = stack_bound {
+        text += &format!(" ({} by its code)", grouped(bound as usize));
+    }
+    text.push('\n');
     let rows = [
         (
             format!("estimate with {inference}"),
@@ -123,10 +129,13 @@ mod tests {
             2 of 4 forecasts identical\n\
             0 of 0 likelihoods identical\n\
             flash         60,000 bytes, 1,740 of them the blob\n\
-            RAM           5,500 bytes: 3,000 static, 2,500 of stack at its deepest\n\
+            RAM           5,500 bytes: 3,000 static, 2,500 of stack at its deepest (2,600 by its code)\n\
             instructions  per estimate with 8 passes: min 1,000, median 1,000, max 2,000\n\
             instructions  per three forecasts: min 3,000, median 3,000, max 3,000\n";
         let eight = Inference::of_passes(8).unwrap();
-        assert_eq!(figures(&comparison, &ready, &budget, eight), expected);
+        assert_eq!(
+            figures(&comparison, &ready, &budget, Some(2600), eight),
+            expected
+        );
     }
 }
