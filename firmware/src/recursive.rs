@@ -5,6 +5,7 @@
 //! step with the polar measurement itself. The model stays linear-Gaussian, so the covariance
 //! means the same in gaps as elsewhere.
 
+mod answer;
 mod belief;
 pub mod candidate;
 pub mod correction;
@@ -13,6 +14,7 @@ pub mod densities;
 pub mod envelope;
 pub mod factor;
 pub mod features;
+mod forecast;
 pub mod foresight;
 pub mod hypotheses;
 pub mod interval;

@@ -1,10 +1,10 @@
 //! A recursive blob as filters run it.
 
+use super::answer::Answer;
 use super::envelope::Envelope;
 use super::parameters::Parameters;
 use super::population::Population;
 use super::target::Target;
-use super::tracker::Answer;
 use crate::blob::Blob;
 use crate::estimate::{Estimate, Outcome};
 

@@ -1,43 +1,32 @@
 //! The filter around the network: start, predict, gate, correct, agree, settle.
 
+use super::answer::Answer;
 use super::belief::Belief;
 use super::candidate::{AGREEING, Candidate, Verdict};
 use super::correction::{GATE_NIS, correct_soundly};
-use super::factor::Factor;
-use super::features::{FEATURE_LIMIT, FEATURES, features};
 use super::foresight::AHEAD_S;
 use super::hypotheses::{OFTEN_WRONG, OUTLIER};
 use super::interval::Interval;
 use super::memory::NOTES;
 use super::mixture::Mixture;
 use super::model::Model;
-use super::population::{Base, Population};
-use super::schedule::{JERK_OUTPUT, JERK_SCALE, NOTE_OUTPUT, OUTPUTS, SCHEDULE, Schedule};
-use super::sight::LineOfSight;
+use super::population::Population;
 use super::target::Target;
 use crate::clock::seconds_between;
 use crate::ekf::EkfError;
-use crate::estimate::{Doubt, Estimate, Mode, NIS_MAX, Outcome};
-use crate::inference::{Inference, Passes};
+use crate::estimate::{Doubt, Mode, NIS_MAX, Outcome};
 use crate::likelihood::Likelihood;
 use crate::measurement::{Measurement, Vectors};
-use crate::network::monte_carlo::separate_moments_into;
-use crate::network::{Network, moments};
-use crate::part::Part;
 use crate::rng::Generator;
 use crate::settings::Settings;
 use crate::step_error::StepError;
 use crate::workspace::Workspace;
 
 /// Longest time that one schedule is used for, s; longer gaps are predicted in equal parts.
-const INTERVAL_MAX_S: f32 = 0.25;
+pub(super) const INTERVAL_MAX_S: f32 = 0.25;
 /// After a longer silence the network is not asked any more, and the next measurement starts the
 /// filter anew, s. With [`INTERVAL_MAX_S`] it bounds the network's work in one call.
-const SILENCE_MAX_S: f32 = 10.0;
-/// Part of a forecast that the network is asked about, s: the longest that it knows.
-const FORECAST_ASKED_S: f32 = INTERVAL_MAX_S;
-/// First part of a forecast, s; every part after it reaches twice as far ahead.
-const FORECAST_FIRST_S: f32 = 0.5;
+pub(super) const SILENCE_MAX_S: f32 = 10.0;
 /// Probability of being wrong from which a measurement that is used counts as one that is not.
 const SUSPECT: f32 = 0.5;
 
@@ -77,43 +66,12 @@ struct Step {
     notes: [f32; NOTES],
 }
 
-/// What a target moves by.
-#[derive(Clone, Copy)]
-pub(super) struct Answer {
-    pub schedule: Schedule<f32>,
-    /// What the network says of the state; none where it was not asked.
-    pub factor: Option<Factor<f32>>,
-    /// What it notes for itself.
-    notes: [f32; NOTES],
-}
-
 /// What a measurement and a prediction make of each other.
 struct Comparison {
     /// Normalised innovation squared.
     nis: f32,
     /// What the measurement says against the model; `None` if it was not used.
     doubt: Option<Doubt>,
-}
-
-impl Answer {
-    /// Before anything was asked.
-    fn of(base: &Base<f32>) -> Self {
-        Self {
-            schedule: Schedule::wide(base),
-            factor: None,
-            notes: [0.0; NOTES],
-        }
-    }
-
-    /// What the step after a prediction of `dt_s` along `sight` must know.
-    fn interval(&self, sight: LineOfSight<f32>, dt_s: f32) -> Interval<f32> {
-        Interval {
-            sight,
-            noise: self.schedule.noise,
-            sensor_scale: self.schedule.sensor_scale,
-            dt_s,
-        }
-    }
 }
 
 impl Step {
@@ -185,7 +143,7 @@ impl Recursive<'_, '_> {
     }
 
     /// Takes the target that is known along, to be moved.
-    fn set_out(&mut self) -> Result<(), StepError> {
+    pub(super) fn set_out(&mut self) -> Result<(), StepError> {
         let target = self.belief.target.as_ref().ok_or(StepError::NotStarted)?;
         self.workspace.target.copy_from(target);
         Ok(())
@@ -245,66 +203,6 @@ impl Recursive<'_, '_> {
         step.remember(target, false);
         self.belief.hold(target);
         Ok(Outcome::uncorrected(Mode::Coasting))
-    }
-
-    /// Gives estimates at times that lie in order and not before the target's to `each`, one by one with
-    /// its place. The track stays as it is.
-    ///
-    /// A copy of the target moves by one answer of the network, along a grid whose parts double: half a
-    /// second, one, two, four; times between are reached from the grid. So a forecast does not depend
-    /// on what else is asked for, and costs little more than its furthest time.
-    pub fn forecast_each(
-        &mut self,
-        times_us: &[u64],
-        each: &mut dyn FnMut(usize, &Estimate),
-    ) -> Result<(), StepError> {
-        self.set_out()?;
-        let mut answer = Answer::of(&self.model.parameters.base);
-        self.ask_ahead(&mut answer)?;
-        self.follow(&answer, times_us, each)
-    }
-
-    /// How the target moves if nothing more is measured.
-    // Apart from what follows it: the network's stack and that of the estimates take turns.
-    #[inline(never)]
-    fn ask_ahead(&mut self, answer: &mut Answer) -> Result<(), StepError> {
-        let rng = self.rng.clone();
-        let asked = self.ask(&self.workspace.target.sight(), FORECAST_ASKED_S, answer);
-        *self.rng = rng;
-        asked?;
-        self.model.unmeasured(&self.workspace.target, answer);
-        Ok(())
-    }
-
-    /// The estimates of a target that moves by an answer.
-    #[inline(never)]
-    fn follow(
-        &mut self,
-        answer: &Answer,
-        times_us: &[u64],
-        each: &mut dyn FnMut(usize, &Estimate),
-    ) -> Result<(), StepError> {
-        let ahead = &mut self.workspace.target;
-        let (start_us, before_m2) = (ahead.time_us, ahead.position_variance());
-        let coasted = Outcome::uncorrected(Mode::Coasting);
-        let mut there = Target::NONE;
-        let (mut from_s, mut to_s) = (0.0, FORECAST_FIRST_S);
-        for (place, &time_us) in times_us.iter().enumerate() {
-            let time_s = seconds_between(start_us, time_us);
-            while time_s >= to_s {
-                self.model.advance(ahead, answer, to_s - from_s);
-                (from_s, to_s) = (to_s, 2.0 * to_s);
-            }
-            there.copy_from(ahead);
-            there.time_us = time_us;
-            self.model.advance(&mut there, answer, time_s - from_s);
-            there.foresight.widen(&mut there.covariance, before_m2);
-            if !there.settle() {
-                return Err(StepError::Lost);
-            }
-            each(place, &self.model.estimate(&there, coasted));
-        }
-        Ok(())
     }
 
     /// Writes down where the target, which is at `time_us`, is expected a little later.
@@ -447,123 +345,6 @@ impl Recursive<'_, '_> {
             }
         }
         Ok(step)
-    }
-
-    /// How the target, which is seen along `sight`, moves during `interval_s`: what the network answers,
-    /// or a model that needs none where it was not trained.
-    #[inline(never)]
-    fn ask(
-        &mut self,
-        sight: &LineOfSight<f32>,
-        interval_s: f32,
-        answer: &mut Answer,
-    ) -> Result<(), StepError> {
-        let Model {
-            parameters,
-            envelope,
-            ..
-        } = self.model;
-        let base = &parameters.base;
-        let target = &self.workspace.target;
-        answer.factor = None;
-        answer.notes = [0.0; NOTES];
-        if !envelope.holds_motion(&target.state) {
-            answer.schedule = Schedule::wide(base);
-            return Ok(());
-        }
-        if target.memory.coast_s > SILENCE_MAX_S
-            || !envelope.holds_place(&target.state, &target.covariance)
-        {
-            answer.schedule = Schedule::read(&[0.0; OUTPUTS], base);
-            return Ok(());
-        }
-        let mut inputs = features(
-            &target.state,
-            &target.covariance,
-            &target.memory,
-            sight,
-            interval_s,
-        );
-        let mut outputs = [0.0; OUTPUTS];
-        let jerk_variance = self.infer(&mut inputs, &mut outputs);
-        if !outputs
-            .iter()
-            .chain(&jerk_variance)
-            .all(|value| value.is_finite())
-        {
-            return Err(StepError::NetworkNotFinite);
-        }
-        answer.schedule = Schedule::read(&outputs, base);
-        answer.factor = Some(Factor::read(&outputs[SCHEDULE..NOTE_OUTPUT]));
-        answer.notes.copy_from_slice(&outputs[NOTE_OUTPUT..]);
-        for (noise, variance) in answer.schedule.noise.jerk.iter_mut().zip(jerk_variance) {
-            // A constant jerk of unknown size over the interval weighs like white jerk of this
-            // density.
-            *noise += variance * interval_s;
-        }
-        Ok(())
-    }
-
-    /// Writes the network's outputs; returns the variance of the mean jerk, (m/s^3)^2.
-    fn infer(&mut self, inputs: &mut [f32; FEATURES], outputs: &mut [f32; OUTPUTS]) -> [f32; 3] {
-        let pairs = self.model.blob.input_normalisation().pairs();
-        for (input, [mean, inverse]) in inputs.iter_mut().zip(pairs) {
-            let normalised = (*input - mean) * inverse;
-            *input = normalised.clamp(-FEATURE_LIMIT as f32, FEATURE_LIMIT as f32);
-        }
-        let mut jerk_variance = [0.0; 3];
-        for view in self.model.blob.networks() {
-            let network = Network::new(view);
-            match self.settings.inference {
-                Inference::Passes(passes) if Part::Passes.is_built() => {
-                    jerk_variance = self.draw(&network, passes, inputs, outputs);
-                }
-                Inference::Moments if Part::Moments.is_built() => {
-                    let scratch = &mut self.workspace.scratch;
-                    let [[x, _, _], [_, y, _], [_, _, z]] =
-                        moments::outputs(&network, inputs, outputs, JERK_OUTPUT, scratch);
-                    jerk_variance = [x, y, z];
-                }
-                // No settings were accepted for what is left out.
-                Inference::Mean | Inference::Passes(_) | Inference::Moments => {
-                    network.mean_pass_in(&mut self.workspace.scratch, inputs, outputs);
-                }
-            }
-        }
-        let pairs = self.model.blob.output_normalisation();
-        let scale = |i: usize| pairs.get(2 * i + 1);
-        for (axis, variance) in jerk_variance.iter_mut().enumerate() {
-            let output = JERK_OUTPUT + axis;
-            *variance *= (JERK_SCALE * JERK_SCALE) as f32 * scale(output) * scale(output);
-        }
-        for (output, [mean, scale]) in outputs.iter_mut().zip(pairs.pairs()) {
-            *output = mean + scale * *output;
-        }
-        jerk_variance
-    }
-
-    /// The mean of the network's outputs over passes; returns the variance of those that are a mean
-    /// jerk.
-    // Sums over passes would weigh on the stack of a mean pass.
-    #[inline(never)]
-    fn draw(
-        &mut self,
-        network: &Network<'_>,
-        passes: Passes,
-        inputs: &[f32; FEATURES],
-        outputs: &mut [f32; OUTPUTS],
-    ) -> [f32; 3] {
-        let mut variances = [0.0; OUTPUTS];
-        separate_moments_into(
-            network,
-            inputs,
-            passes.count(),
-            passes.spread(),
-            self.rng,
-            &mut self.workspace.scratch,
-            (outputs, &mut variances),
-        );
-        core::array::from_fn(|axis| variances[JERK_OUTPUT + axis])
     }
 }
 

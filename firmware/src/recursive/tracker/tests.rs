@@ -1,12 +1,17 @@
 use super::*;
 use crate::blob::Blob;
 use crate::blob::draft::Draft;
+use crate::estimate::Estimate;
+use crate::inference::Inference;
 use crate::measurement::Sensed;
-use crate::network::Scratch;
 use crate::network::monte_carlo::separate_moments;
+use crate::network::{Network, Scratch, moments};
 use crate::recursive::envelope::Envelope;
+use crate::recursive::factor::Factor;
+use crate::recursive::features::FEATURES;
 use crate::recursive::hypotheses::HYPOTHESES;
 use crate::recursive::parameters::Parameters;
+use crate::recursive::schedule::{OUTPUTS, Schedule};
 use crate::rng::seeded;
 use crate::settings::Correction;
 
