@@ -4,10 +4,11 @@
 use std::time::Duration;
 
 use bnkf::blob::{Blob, FeatureLayout, Kind};
+use bnkf::protocol::RefusalCode;
 use bnkf::{Inference, Part, Settings};
 use bnkf_host_sim::image::build::build_image;
 use bnkf_host_sim::image::equality::{Spread, compare, record};
-use bnkf_host_sim::image::session::ImageSession;
+use bnkf_host_sim::image::session::{ImageSession, SessionError};
 use bnkf_host_sim::image::stack::deepest;
 use bnkf_host_sim::image::toolchain::{Toolchain, ToolchainChoice};
 use bnkf_model_export::blob::quantise::quantise;
@@ -20,6 +21,7 @@ use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 use bnkf_model_export::radar::sampling::RadarSettings;
 use bnkf_model_export::radar::sensors::Sensors;
 use bnkf_model_export::random_source::RandomSource;
+use tempfile::TempPath;
 
 /// What is measured, in the order of the run's figures.
 const FIGURES: [&str; 9] = [
@@ -56,8 +58,8 @@ fn paper_sized_blob() -> Vec<u8> {
 }
 
 /// The image of `parts` around `bytes` over one flight, with each of `runs`: how the tracker asks and the
-/// table of limits.
-fn assert_within_budgets(bytes: &[u8], parts: &[Part], runs: &[(Inference, &str)]) {
+/// table of limits. The image.
+fn assert_within_budgets(bytes: &[u8], parts: &[Part], runs: &[(Inference, &str)]) -> TempPath {
     let image = tempfile::NamedTempFile::new().unwrap();
     let toolchain = Toolchain::find(ToolchainChoice::Auto).unwrap_or_else(|e| panic!("{e}"));
     build_image(&toolchain, bytes, parts, image.path()).unwrap_or_else(|e| panic!("{e}"));
@@ -104,6 +106,7 @@ fn assert_within_budgets(bytes: &[u8], parts: &[Part], runs: &[(Inference, &str)
         let breaches = breaches(limits[name].as_table().unwrap(), &figures);
         assert_eq!(breaches, [""; 0], "{name}; all: {figures:?}");
     }
+    image.into_temp_path()
 }
 
 /// What is over its limit; there is one limit for every figure.
@@ -134,7 +137,18 @@ fn a_figure_over_its_limit_is_a_breach() {
 #[test]
 fn what_is_not_needed_can_be_left_out() {
     let model = include_bytes!("../models/recursive.bnkf");
-    assert_within_budgets(model, &[], &[(Inference::Mean, "recursive_lean")]);
+    let image = assert_within_budgets(model, &[], &[(Inference::Mean, "recursive_lean")]);
+    for inference in [passes(16), Inference::Moments] {
+        let mut session = ImageSession::boot(&image, Duration::from_secs(120)).unwrap();
+        let blob = Blob::parse(model).unwrap();
+        let settings = Settings {
+            inference,
+            ..Settings::of(&blob)
+        };
+        let refusal = session.reset(settings.into()).unwrap_err();
+        let settings = SessionError::Refused(RefusalCode::Settings);
+        assert_eq!(refusal.to_string(), settings.to_string());
+    }
 }
 
 fn passes(passes: u16) -> Inference {
