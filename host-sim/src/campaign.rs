@@ -1,15 +1,19 @@
 //! The full evaluation: cross-validated, resumable, and the same bytes however often it was killed.
 
+mod block;
 pub mod cell_summary;
+mod claim;
 pub mod comparison;
 mod example_runs;
 pub mod fold_kit;
 pub mod forecast_summary;
 pub mod generalisation;
 pub mod outcome;
+pub mod shard;
 pub mod step_record;
 pub mod steps_parquet;
 pub mod tuning_choice;
+mod unit;
 pub mod variation;
 pub mod work_folder;
 
@@ -18,24 +22,18 @@ use bnkf_model_export::flights::generator::GeneratorError;
 use bnkf_model_export::radar::noise::NoiseTable;
 use parquet::errors::ParquetError;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
-use crate::campaign::step_record::{MethodSteps, StepRecord};
-use crate::campaign::steps_parquet::{FlightTracks, StepsFile};
 use crate::contest::fold::Folds;
 use crate::contest::model::Model;
 use crate::contest::own_filter::OwnFilter;
 use crate::contest::roster::{Roster, RosterError, Supplies};
 use crate::contest::runs::Runs;
 use crate::contest::tuned_on::TunedOn;
-use crate::contest::tunings::Tunings;
 use crate::method::Method;
 use crate::scenario::Scenario;
-use crate::scenario::radar::Condition;
-use crate::scoring::bootstrap::FlightSum;
 use fold_kit::{FoldKit, FoldKitError, Part, Task};
-use outcome::{Block, Outcome, clusters};
-use tuning_choice::{choose, chosen, keep_chosen};
+use shard::Shard;
+use steps_parquet::Detail;
 use work_folder::{WorkFolder, WorkFolderError};
 
 /// What is evaluated, and how.
@@ -63,17 +61,9 @@ pub struct Campaign {
     pub shipped: Vec<Model>,
     /// Methods from outside, which `methods` name.
     pub own: Vec<OwnFilter>,
+    /// What is kept and written of every step.
+    pub detail: Detail,
 }
-
-/// What is kept of one flight under one condition.
-#[derive(Serialize, Deserialize)]
-struct Unit {
-    tracks: Vec<MethodSteps>,
-    /// Sum of the bound over the scored steps, metres, of every motion model.
-    floors_m: Floors,
-}
-
-type Floors = Vec<(TunedOn, Option<FlightSum>)>;
 
 /// Why a campaign failed.
 #[derive(Debug, thiserror::Error)]
@@ -115,79 +105,56 @@ pub enum Progress {
 pub type Watcher<'a> = &'a (dyn Fn(Progress) + Sync);
 
 impl Campaign {
-    /// Makes every piece that `work` lacks, then sums up.
+    /// Makes those pieces of `shard` that `work` lacks, and what they need.
     ///
     /// # Errors
     /// See [`CampaignError`].
-    pub fn run(&self, work: &WorkFolder, watcher: Watcher<'_>) -> Result<Outcome, CampaignError> {
-        let conditions = self.scenario.radar.conditions();
-        let kits = self.kits(work, watcher)?;
-        self.units(&conditions, &kits, work, watcher)?;
-        let variations = self.generalise(&kits[0][0], work, watcher)?;
-        watcher(Progress::Stage("Summing up", conditions.len()));
-        let (cluster, clusters) = clusters(&self.runs);
-        let mut steps = StepsFile::new()?;
-        let (mut cells, mut pairs, mut floors) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut forecasts, mut forecast_pairs) = (Vec::new(), Vec::new());
-        let mut candidates = Vec::new();
-        for (number, condition) in conditions.iter().enumerate() {
-            let (mut flights, flight_floors) = self.finished(work, number)?;
-            let own_candidates = choose(*condition, &self.methods, &flights);
-            keep_chosen(&own_candidates, *condition, &self.methods, &mut flights);
-            let shown = |method| chosen(&own_candidates, method, *condition);
-            // The bound of the model that the tuned EKF is shown with.
-            let flight_floors: Vec<Option<FlightSum>> = flight_floors
-                .iter()
-                .map(|floors| {
-                    let on = shown(Method::EkfTuned).unwrap_or(TunedOn::Generated);
-                    floors.iter().find(|(of, _)| *of == on)?.1
-                })
-                .collect();
-            let block = Block {
-                condition: *condition,
-                flights: &flights,
-                floors: &flight_floors,
-                clusters: &clusters,
-                methods: &self.methods,
-                candidates: &own_candidates,
-                folds: self.folds.count,
-                seed: self.seed,
-            };
-            let (own_cells, own_pairs, floor) = block.sum_up();
-            let (own_forecasts, own_forecast_pairs) = block.sum_up_forecasts();
-            forecasts.extend(own_forecasts);
-            forecast_pairs.extend(own_forecast_pairs);
-            cells.extend(own_cells);
-            pairs.extend(own_pairs);
-            floors.push(floor);
-            steps.add(*condition, &flights)?;
-            candidates.extend(own_candidates);
-            watcher(Progress::Advance(1000));
-        }
-        Ok(Outcome {
-            cells,
-            comparisons: pairs,
-            forecasts,
-            forecast_comparisons: forecast_pairs,
-            candidates,
-            variations,
-            floors,
-            cluster,
-            parquet: steps.finish()?,
-        })
-    }
-
-    /// Supplies of every (table, fold), in the order of the scenario's tables.
-    fn kits(
+    pub fn make(
         &self,
         work: &WorkFolder,
+        shard: Shard,
         watcher: Watcher<'_>,
-    ) -> Result<Vec<Vec<FoldKit>>, CampaignError> {
-        let tables = &self.scenario.radar.tables;
-        let training: Vec<Vec<&Flight>> = (0..self.folds.count)
+    ) -> Result<(), CampaignError> {
+        self.make_parts(work, shard, watcher)?;
+        let kits = self.kits(work)?;
+        self.make_units(&kits, work, shard, watcher)?;
+        self.generalise(&kits[0][0], work, shard, watcher)
+    }
+
+    /// Whether all pieces are there that [`Campaign::sum_up`] needs.
+    ///
+    /// # Errors
+    /// The names of those that are not.
+    pub fn check(&self, work: &WorkFolder) -> Result<(), WorkFolderError> {
+        let training = self.training();
+        let parts = self.parts(&training).into_iter();
+        let parts = parts.map(|(task, part)| part.name(task.fold, task.table));
+        let flights = self.runs.flights.len();
+        let units = (0..self.scenario.radar.conditions().len())
+            .flat_map(|condition| (0..flights).map(move |flight| unit::name(condition, flight)));
+        let all = parts.chain(units).chain(self.varied_names());
+        let names: Vec<String> = all.filter(|name| !work.has(name)).collect();
+        if names.is_empty() {
+            Ok(())
+        } else {
+            Err(work.missing(names))
+        }
+    }
+
+    /// The flights that each fold's models may learn from.
+    fn training(&self) -> Vec<Vec<&Flight>> {
+        (0..self.folds.count)
             .map(|fold| self.folds.training(self.runs.first(), fold))
-            .collect();
-        let task = |table: NoiseTable, fold: usize| Task {
+            .collect()
+    }
+
+    fn task<'a>(
+        &'a self,
+        table: NoiseTable,
+        fold: usize,
+        training: &'a [Vec<&'a Flight>],
+    ) -> Task<'a> {
+        Task {
             fold,
             table,
             flights: &training[fold],
@@ -196,36 +163,79 @@ impl Campaign {
             radar: &self.scenario.radar,
             epochs: self.epochs,
             seed: self.seed,
-        };
-        let failed = |task: &Task<'_>, cause| CampaignError::Kit {
-            fold: task.fold,
-            table: task.table,
-            cause,
-        };
-        let tasks: Vec<_> = tables
-            .iter()
-            .flat_map(|table| (0..self.folds.count).map(|fold| task(*table, fold)))
-            .collect();
+        }
+    }
+
+    /// Every part of every fold's supplies, once.
+    fn parts<'a>(&'a self, training: &'a [Vec<&'a Flight>]) -> Vec<(Task<'a>, Part)> {
         let needed = Part::needed(&self.methods, &self.tuned_on);
-        let parts: Vec<_> = tasks
-            .iter()
-            .flat_map(|task| needed.iter().map(move |part| (task, *part)))
-            .filter(|(task, part)| part.is_of_a_fold() || task.fold == 0)
-            .collect();
-        watcher(Progress::Stage("Tuning and training", parts.len()));
-        parts.par_iter().try_for_each(|(task, part)| {
-            let told = std::cell::Cell::new(0);
-            let done = |share: f64| {
-                let thousandths = (share * 1000.0) as u64;
-                watcher(Progress::Advance(thousandths - told.get()));
-                told.set(thousandths);
+        let mut parts = Vec::new();
+        for table in &self.scenario.radar.tables {
+            for fold in 0..self.folds.count {
+                let own = needed.iter();
+                let own = own.filter(|part| part.is_of_a_fold() || fold == 0);
+                parts.extend(own.map(|part| (self.task(*table, fold, training), *part)));
+            }
+        }
+        parts
+    }
+
+    /// Makes the parts that `work` lacks: those of `shard` first, then those that no other process makes, and waits
+    /// for the rest. Every unit needs its fold's.
+    fn make_parts(
+        &self,
+        work: &WorkFolder,
+        shard: Shard,
+        watcher: Watcher<'_>,
+    ) -> Result<(), CampaignError> {
+        let training = self.training();
+        let all = self.parts(&training);
+        watcher(Progress::Stage("Tuning and training", all.len()));
+        // Those that another process makes.
+        let make = |parts: &[&(Task<'_>, Part)]| -> Result<Vec<usize>, CampaignError> {
+            let one = |(index, (task, part)): (usize, &&(Task<'_>, Part))| {
+                let name = part.name(task.fold, task.table);
+                let Some(_claim) = work.claim(&name)? else {
+                    return Ok(Some(index));
+                };
+                let told = std::cell::Cell::new(0);
+                let done = |share: f64| {
+                    let thousandths = (share * 1000.0) as u64;
+                    watcher(Progress::Advance(thousandths - told.get()));
+                    told.set(thousandths);
+                };
+                task.make(*part, work, &done)
+                    .map_err(|cause| failed(task, cause))?;
+                Ok(None)
             };
-            task.make(*part, work, &done)
-                .map_err(|cause| failed(task, cause))
-        })?;
+            let busy = parts.par_iter().enumerate().map(one);
+            let busy = busy.collect::<Result<Vec<_>, CampaignError>>()?;
+            Ok(busy.into_iter().flatten().collect())
+        };
+        let (own, others): (Vec<_>, Vec<_>) = all
+            .iter()
+            .enumerate()
+            .partition(|(index, _)| shard.holds(*index));
+        let mut left: Vec<&(Task<'_>, Part)> = Vec::new();
+        for parts in [own, others] {
+            let parts: Vec<_> = parts.into_iter().map(|(_, part)| part).collect();
+            left.extend(make(&parts)?.into_iter().map(|busy| parts[busy]));
+        }
+        while let Some((task, part)) = left.first() {
+            // Not on the pool's threads, which may be in the middle of a part that others wait for.
+            work.wait(&part.name(task.fold, task.table))?;
+            left = make(&left)?.into_iter().map(|busy| left[busy]).collect();
+        }
+        Ok(())
+    }
+
+    /// Supplies of every (table, fold), in the order of the scenario's tables.
+    fn kits(&self, work: &WorkFolder) -> Result<Vec<Vec<FoldKit>>, CampaignError> {
+        let training = self.training();
+        let needed = Part::needed(&self.methods, &self.tuned_on);
         let kit = |table: &NoiseTable| {
             let kits = (0..self.folds.count).map(|fold| {
-                let task = task(*table, fold);
+                let task = self.task(*table, fold, &training);
                 let mut kit = task
                     .kit(&needed, work)
                     .map_err(|cause| failed(&task, cause))?;
@@ -234,39 +244,7 @@ impl Campaign {
             });
             kits.collect::<Result<Vec<_>, _>>()
         };
-        tables.iter().map(kit).collect()
-    }
-
-    /// Runs every method over every flight under every condition.
-    fn units(
-        &self,
-        conditions: &[Condition],
-        kits: &[Vec<FoldKit>],
-        work: &WorkFolder,
-        watcher: Watcher<'_>,
-    ) -> Result<(), CampaignError> {
-        let count = conditions.len() * self.runs.flights.len();
-        watcher(Progress::Stage("Evaluating", count));
-        (0..count).into_par_iter().try_for_each(|unit| {
-            let (number, flight) = (
-                unit / self.runs.flights.len(),
-                unit % self.runs.flights.len(),
-            );
-            let name = unit_name(number, flight);
-            if work.bytes(&name)?.is_none() {
-                let condition = conditions[number];
-                let tables = &self.scenario.radar.tables;
-                let table = tables.iter().position(|table| *table == condition.table);
-                let kit =
-                    &kits[table.expect("a table of the scenario")][self.folds.of_flight[flight]];
-                work.store(
-                    &name,
-                    &self.unit(kit, &self.runs.flights[flight], condition)?,
-                )?;
-            }
-            watcher(Progress::Advance(1000));
-            Ok(())
-        })
+        self.scenario.radar.tables.iter().map(kit).collect()
     }
 
     /// Those of `methods` that run with the parameters of `tuned_on`; the others run once, with the
@@ -303,58 +281,12 @@ impl Campaign {
         let live = self.methods.iter().filter(|method| !is_recorded(method));
         live.copied().collect()
     }
-
-    fn unit(
-        &self,
-        kit: &FoldKit,
-        flight: &Flight,
-        condition: Condition,
-    ) -> Result<Unit, RosterError> {
-        let readings = self.scenario.radar.readings(flight, condition, self.seed);
-        let mut all = Vec::new();
-        for tuned_on in &self.tuned_on {
-            let roster = self.roster(kit, *tuned_on, &self.methods)?;
-            let tracks = roster.tracks_ahead(flight, &readings, condition, self.seed);
-            for (method, steps, forecasts) in tracks {
-                all.push(MethodSteps {
-                    forecasts,
-                    method,
-                    tuned_on: method.is_tuned().then_some(*tuned_on),
-                    steps: steps.iter().map(StepRecord::from).collect(),
-                });
-            }
-        }
-        let floor_m = |(on, tunings): &(TunedOn, Tunings)| {
-            (*on, tunings.floor_m(flight, &readings, condition))
-        };
-        Ok(Unit {
-            tracks: all,
-            floors_m: kit.tunings.iter().map(floor_m).collect(),
-        })
-    }
-
-    /// The finished units of one condition, in the flights' order: tracks and bounds.
-    fn finished(
-        &self,
-        work: &WorkFolder,
-        condition: usize,
-    ) -> Result<(Vec<FlightTracks<'_>>, Vec<Floors>), WorkFolderError> {
-        let (mut tracks, mut floors) = (Vec::new(), Vec::new());
-        for (index, flight) in self.runs.flights.iter().enumerate() {
-            let unit: Unit = work
-                .load(&unit_name(condition, index))?
-                .expect("made before");
-            tracks.push(FlightTracks {
-                flight,
-                fold: self.folds.of_flight[index],
-                tracks: unit.tracks,
-            });
-            floors.push(unit.floors_m);
-        }
-        Ok((tracks, floors))
-    }
 }
 
-fn unit_name(condition: usize, flight: usize) -> String {
-    format!("unit-{condition:03}-{flight:06}")
+fn failed(task: &Task<'_>, cause: FoldKitError) -> CampaignError {
+    CampaignError::Kit {
+        fold: task.fold,
+        table: task.table,
+        cause,
+    }
 }

@@ -14,6 +14,12 @@ impl CsvText {
         Self { writer }
     }
 
+    /// More rows of a table that has its header already.
+    pub fn continued() -> Self {
+        let writer = csv::Writer::from_writer(Vec::new());
+        Self { writer }
+    }
+
     /// Adds rows.
     ///
     /// # Panics

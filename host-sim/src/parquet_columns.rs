@@ -1,4 +1,6 @@
-//! Columns of a Parquet file in memory, one after the other.
+//! Columns of a Parquet file, one after the other.
+
+use std::io::Write;
 
 use parquet::basic::Compression;
 use parquet::data_type::DataType;
@@ -7,7 +9,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedRowGroupWriter;
 
 /// Rows under construction.
-pub type Group<'a> = SerializedRowGroupWriter<'a, Vec<u8>>;
+pub type Group<'a, W> = SerializedRowGroupWriter<'a, W>;
 
 /// How files are compressed.
 pub fn snappy() -> WriterProperties {
@@ -19,17 +21,20 @@ pub fn snappy() -> WriterProperties {
 /// Writes the next column.
 ///
 /// # Errors
-/// The schema has no more columns, or another type there.
-pub fn column<T: DataType>(group: &mut Group<'_>, values: Vec<T::T>) -> Result<(), ParquetError> {
-    levelled::<T>(group, &values, None)
+/// The schema has no more columns, or another type there, or the file takes no more.
+pub fn column<T: DataType, W: Write + Send>(
+    group: &mut Group<'_, W>,
+    values: Vec<T::T>,
+) -> Result<(), ParquetError> {
+    levelled::<T, W>(group, &values, None)
 }
 
 /// The same where a row may have nothing.
 ///
 /// # Errors
 /// As [`column()`].
-pub fn optional<T: DataType>(
-    group: &mut Group<'_>,
+pub fn optional<T: DataType, W: Write + Send>(
+    group: &mut Group<'_, W>,
     values: Vec<Option<T::T>>,
 ) -> Result<(), ParquetError> {
     let levels: Vec<i16> = values
@@ -37,11 +42,11 @@ pub fn optional<T: DataType>(
         .map(|value| i16::from(value.is_some()))
         .collect();
     let present: Vec<_> = values.into_iter().flatten().collect();
-    levelled::<T>(group, &present, Some(&levels))
+    levelled::<T, W>(group, &present, Some(&levels))
 }
 
-fn levelled<T: DataType>(
-    group: &mut Group<'_>,
+fn levelled<T: DataType, W: Write + Send>(
+    group: &mut Group<'_, W>,
     values: &[T::T],
     levels: Option<&[i16]>,
 ) -> Result<(), ParquetError> {

@@ -7,5 +7,6 @@ pub mod cell;
 pub mod chi_square;
 pub mod consistency;
 pub mod forecast;
+pub mod median;
 pub mod paired;
 pub mod phase;

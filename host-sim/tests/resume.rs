@@ -1,8 +1,12 @@
 //! A cross-validation that is killed again and again ends with the same bytes.
 
+mod tiny_campaign;
+
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::time::{Duration, Instant};
+
+use tiny_campaign::{evaluation, folder};
 
 /// Files that must not depend on how often the run was killed. The page and `runtime.json` hold
 /// times, which never repeat.
@@ -25,39 +29,6 @@ const RESULTS: [&str; 14] = [
 
 /// Parts of the undisturbed run's time after which the disturbed one is killed.
 const KILLED_AT: [f64; 5] = [0.11, 0.43, 0.29, 0.37, 0.07];
-
-/// The command, run inside `folder`: its results name no other place.
-fn evaluation(folder: &Path) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
-    command
-        .current_dir(folder)
-        .args([
-            "evaluate", "--quick", "--folds", "2", "--epochs", "1", "--passes", "3",
-        ])
-        .args([
-            "--tuning-flights",
-            "4",
-            "--methods",
-            "ekf,bnkf,imm10",
-            "--scenario",
-            "tiny.toml",
-            "--out",
-            "out",
-        ])
-        .stdout(Stdio::null())
-        .stderr(Stdio::null());
-    command
-}
-
-fn folder() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    let paper = include_str!("../scenarios/paper.toml");
-    let tiny = paper
-        .replace("quick_count = 30", "quick_count = 6")
-        .replace("duration_s = 15.0", "duration_s = 4.0");
-    std::fs::write(folder.path().join("tiny.toml"), tiny).unwrap();
-    folder
-}
 
 #[test]
 fn killed_five_times_it_ends_with_the_same_bytes() {

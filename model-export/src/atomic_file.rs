@@ -59,7 +59,7 @@ pub fn check<P: AsRef<Path>>(paths: &[P]) -> Result<(), AtomicWriteError> {
     Ok(())
 }
 
-fn folder_of(path: &Path) -> &Path {
+pub(crate) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -67,7 +67,7 @@ fn folder_of(path: &Path) -> &Path {
 }
 
 /// Whether a regular file is at `path`, or nothing yet.
-fn check_place(path: &Path) -> Result<(), Error> {
+pub(crate) fn check_place(path: &Path) -> Result<(), Error> {
     let spelt = path.as_os_str().as_encoded_bytes();
     if path.file_name().is_none() || spelt.ends_with(b"/") {
         return Err(Error::new(ErrorKind::IsADirectory, "it names no file"));

@@ -12,6 +12,7 @@ pub mod interrupt;
 pub mod kernel;
 pub mod memoryless;
 pub mod moments;
+pub mod pending_file;
 pub mod posterior;
 pub mod radar;
 pub mod random_source;

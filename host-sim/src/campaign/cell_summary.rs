@@ -1,16 +1,16 @@
 //! One cell of the full evaluation: metrics, how sure they are, and how honest the covariance is.
 
+use bnkf_model_export::scoring::means::Sums;
 use serde::Serialize;
 
 use crate::campaign::step_record::StepRecord;
 use crate::contest::tuned_on::TunedOn;
 use crate::method::Method;
 use crate::scenario::radar::Condition;
-use crate::scoring::binned::{BinSums, binned};
+use crate::scoring::binned::{BinSums, Binned};
 use crate::scoring::bootstrap::{FlightSum, Interval, interval_95};
-use crate::scoring::cell::{Cell, CellMetrics, ScoredStep};
-use crate::scoring::chi_square;
-use crate::scoring::consistency::{Bounds, NOMINAL, nees_bounds, nis_bounds, reliability};
+use crate::scoring::cell::{Cell, CellMetrics, CellSums, CellTotals};
+use crate::scoring::consistency::{Averages, Bounds, NOMINAL, Reliability, nees};
 use crate::scoring::phase::Phase;
 
 /// Everything that is known about one method under one condition.
@@ -81,71 +81,108 @@ impl Track<'_> {
     }
 }
 
-impl CellSummary {
-    /// Sums up all flights of `method` under `condition`.
-    pub fn new(
+/// A cell under construction, which takes one flight after another. Of their steps it keeps two numbers each, for the
+/// medians.
+#[derive(Clone, Debug)]
+pub struct CellAccount {
+    all: CellTotals,
+    /// Each step is in one of them, and its values for the medians of all.
+    phases: [CellSums; Phase::ALL.len()],
+    bins: Binned,
+    folds: Vec<Sums>,
+    reliability: Reliability,
+    nees: Averages,
+    nis: Averages,
+    flights_not_tracked: usize,
+    errors_m: Vec<FlightSum>,
+    squared: Vec<FlightSum>,
+}
+
+impl CellAccount {
+    /// Without flights yet; there are so many `folds` and `clusters`.
+    pub fn new(folds: usize, clusters: usize) -> Self {
+        Self {
+            all: CellTotals::default(),
+            phases: Default::default(),
+            bins: Binned::default(),
+            folds: vec![Sums::default(); folds],
+            reliability: Reliability::default(),
+            nees: Averages::default(),
+            nis: Averages::default(),
+            flights_not_tracked: 0,
+            errors_m: vec![FlightSum::default(); clusters],
+            squared: vec![FlightSum::default(); clusters],
+        }
+    }
+
+    /// Adds a flight.
+    ///
+    /// # Panics
+    /// If its fold or cluster is beyond what there are.
+    pub fn add(&mut self, track: Track<'_>) {
+        for step in track.steps {
+            let scored = step.scored();
+            self.all.add(&scored);
+            let phase = Phase::ALL
+                .iter()
+                .position(|phase| *phase == step.phase())
+                .expect("one of them");
+            self.phases[phase].add(&scored);
+            self.bins.add(&step.motion, &scored.score);
+            self.folds[track.fold].add(&scored.score);
+            self.reliability.add(step.mahalanobis_squared);
+        }
+        let steps = || track.steps.iter();
+        self.nees
+            .add(steps().map(|step| Some(nees(step.mahalanobis_squared))));
+        self.nis.add(steps().map(StepRecord::nis));
+        self.flights_not_tracked += usize::from(!track.is_tracked());
+        self.errors_m[track.cluster].join(FlightSum::of(steps().map(|step| step.error_m)));
+        self.squared[track.cluster]
+            .join(FlightSum::of(steps().map(|step| step.mahalanobis_squared)));
+    }
+
+    /// Metrics of the flights so far.
+    pub fn metrics(&self) -> CellMetrics {
+        self.all
+            .metrics(&self.phases.each_ref().map(CellSums::values))
+    }
+
+    /// Errors of every cluster, metres; what paired comparisons are made of.
+    pub fn errors_m(&self) -> &[FlightSum] {
+        &self.errors_m
+    }
+
+    /// What all flights come to for `method` under `condition`.
+    pub fn summary(
+        &self,
         method: Method,
         condition: Condition,
-        tracks: &[Track<'_>],
-        folds: usize,
+        tuned_on: Option<TunedOn>,
         seed: u64,
-    ) -> Self {
-        let steps = || tracks.iter().flat_map(|track| track.steps);
-        let metrics = metrics(steps());
-        let squared: Vec<f64> = steps().map(|step| step.mahalanobis_squared).collect();
-        let within = |probability: f64| {
-            let limit = chi_square::quantile(probability, 3.0);
-            squared.iter().filter(|d2| **d2 <= limit).count() as f64 / squared.len() as f64
+    ) -> CellSummary {
+        let phase = |(phase, sums): (&Phase, &CellSums)| PhaseSummary {
+            phase: *phase,
+            metrics: sums.metrics(),
         };
-        let nees: Vec<Vec<f64>> = tracks
-            .iter()
-            .map(|track| {
-                track
-                    .steps
-                    .iter()
-                    .map(|step| step.mahalanobis_squared)
-                    .collect()
-            })
-            .collect();
-        let nis: Vec<Vec<_>> = tracks
-            .iter()
-            .map(|track| track.steps.iter().map(StepRecord::nis).collect())
-            .collect();
-        let (value, degrees) = nis
-            .iter()
-            .flatten()
-            .flatten()
-            .fold((0.0, 0.0), |(value, degrees), nis| {
-                (value + nis.value, degrees + nis.degrees as f64)
-            });
-        let phase = |phase| PhaseSummary {
-            phase,
-            metrics: self::metrics(steps().filter(|step| step.phase() == phase)),
-        };
-        let fold_ed_m = |fold| {
-            let own = tracks.iter().filter(|track| track.fold == fold);
-            self::metrics(own.flat_map(|track| track.steps)).ed_mean_m
-        };
-        Self {
+        let fold_ed_m = |sums: &Sums| sums.means().distance_m;
+        CellSummary {
             method,
             condition,
-            tuned_on: None,
-            metrics,
-            flights_not_tracked: tracks.iter().filter(|track| !track.is_tracked()).count(),
-            ed_interval_m: interval_95(&error_sums(tracks), seed),
-            nees_interval: interval_95(
-                &cluster_sums(tracks, |step| step.mahalanobis_squared),
-                seed,
-            ),
-            coverage50: within(0.5),
-            coverage95: within(0.95),
-            reliability: reliability(&squared),
-            nees_bounds: nees_bounds(&nees),
-            nis_ratio: value / degrees,
-            nis_bounds: nis_bounds(&nis),
-            phases: Phase::ALL.map(phase).to_vec(),
-            bins: binned(steps().map(|step| (step.motion, step.scored().score))),
-            ed_by_fold_m: (0..folds).map(fold_ed_m).collect(),
+            tuned_on,
+            metrics: self.metrics(),
+            flights_not_tracked: self.flights_not_tracked,
+            ed_interval_m: interval_95(&self.errors_m, seed),
+            nees_interval: interval_95(&self.squared, seed),
+            coverage50: self.reliability.fraction(0.5),
+            coverage95: self.reliability.fraction(0.95),
+            reliability: self.reliability.fractions(),
+            nees_bounds: self.nees.bounds(),
+            nis_ratio: self.nis.ratio(),
+            nis_bounds: self.nis.bounds(),
+            phases: Phase::ALL.iter().zip(&self.phases).map(phase).collect(),
+            bins: self.bins.bins(),
+            ed_by_fold_m: self.folds.iter().map(fold_ed_m).collect(),
         }
     }
 }
@@ -162,39 +199,13 @@ impl From<&CellSummary> for Cell {
     }
 }
 
-/// Errors of every cluster, metres; what paired comparisons are made of.
-pub fn error_sums(tracks: &[Track<'_>]) -> Vec<FlightSum> {
-    cluster_sums(tracks, |step| step.error_m)
-}
-
-fn cluster_sums(tracks: &[Track<'_>], value: fn(&StepRecord) -> f64) -> Vec<FlightSum> {
-    let count = tracks
-        .iter()
-        .map(|track| track.cluster + 1)
-        .max()
-        .unwrap_or(0);
-    let mut sums = vec![FlightSum::default(); count];
-    for track in tracks {
-        let own = FlightSum::of(track.steps.iter().map(value));
-        let sum = &mut sums[track.cluster];
-        sum.sum += own.sum;
-        sum.count += own.count;
-    }
-    sums
-}
-
-fn metrics<'a>(steps: impl Iterator<Item = &'a StepRecord>) -> CellMetrics {
-    let scored: Vec<ScoredStep> = steps.map(StepRecord::scored).collect();
-    CellMetrics::new(&scored)
-}
-
 #[cfg(test)]
 mod tests {
     use bnkf_model_export::flights::flight::Motion;
     use bnkf_model_export::radar::gaps::SamplingRate;
     use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 
-    use super::{CellSummary, Track, error_sums};
+    use super::{CellAccount, CellSummary, Track};
     use crate::campaign::step_record::StepRecord;
     use crate::method::Method;
     use crate::scenario::radar::Condition;
@@ -222,6 +233,18 @@ mod tests {
                 acceleration_mps2: 0.0,
             },
         }
+    }
+
+    fn account(tracks: &[Track<'_>], folds: usize, clusters: usize) -> CellAccount {
+        let mut account = CellAccount::new(folds, clusters);
+        for track in tracks {
+            account.add(*track);
+        }
+        account
+    }
+
+    fn summary(account: &CellAccount) -> CellSummary {
+        account.summary(Method::Imm5, CONDITION, None, 1)
     }
 
     #[test]
@@ -253,7 +276,9 @@ mod tests {
                 cluster: 1,
             },
         ];
-        let cell = CellSummary::new(Method::Imm5, CONDITION, &tracks, 2, 1);
+        let account = account(&tracks, 2, 2);
+        let cell = summary(&account);
+        assert_eq!(cell.metrics, account.metrics());
         assert_eq!(cell.metrics.steps, 9);
         assert_eq!(cell.ed_by_fold_m, [2.0, 2.0]);
         let phases: Vec<_> = cell
@@ -270,7 +295,7 @@ mod tests {
         // D^2 of 1, 4, 9, 16, 4, 0, 16, 4, 0 against 2.37 and 7.81.
         assert_eq!(cell.coverage50, 3.0 / 9.0);
         assert_eq!(cell.coverage95, 6.0 / 9.0);
-        let sums = error_sums(&tracks);
+        let sums = account.errors_m();
         assert_eq!((sums[0].sum, sums[1].sum, sums[1].count), (6.0, 12.0, 6));
     }
 
@@ -289,13 +314,13 @@ mod tests {
             cluster: 0,
         };
         let tracks = [track(&half[..]), track(&most[..]), track(&half[..])];
-        let cell = CellSummary::new(Method::Imm5, CONDITION, &tracks, 1, 1);
+        let cell = summary(&account(&tracks, 1, 1));
         assert_eq!((cell.flights_not_tracked, cell.metrics.not_tracked), (1, 4));
     }
 
     #[test]
     fn json_is_flat_and_has_no_nan() {
-        let cell = CellSummary::new(Method::Ekf, CONDITION, &[], 0, 1);
+        let cell = summary(&account(&[], 0, 0));
         let json = serde_json::to_value(cell).unwrap();
         assert_eq!(json["table"], "radians");
         assert_eq!(json["noise"], "low");

@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use super::cell_summary::{Track, error_sums};
 use crate::method::Method;
 use crate::scenario::radar::Condition;
+use crate::scoring::bootstrap::FlightSum;
 use crate::scoring::paired::PairedDifference;
 
 /// The paired difference of two methods under one condition.
@@ -22,19 +22,15 @@ pub struct Comparison {
     pub ed_m: PairedDifference,
 }
 
-/// All pairs of `tracks`, which hold the same flights for every method.
+/// All pairs of methods, by the errors (m) of every cluster, which are the same flights for every method.
 pub fn comparisons(
     condition: Condition,
-    tracks: &[(Method, Vec<Track<'_>>)],
+    errors_m: &[(Method, &[FlightSum])],
     seed: u64,
 ) -> Vec<Comparison> {
-    let sums: Vec<_> = tracks
-        .iter()
-        .map(|(method, tracks)| (*method, error_sums(tracks)))
-        .collect();
     let mut comparisons = Vec::new();
-    for (index, (a, first)) in sums.iter().enumerate() {
-        for (b, second) in &sums[index + 1..] {
+    for (index, (a, first)) in errors_m.iter().enumerate() {
+        for (b, second) in &errors_m[index + 1..] {
             let ed_m = PairedDifference::new(first, second, seed);
             comparisons.push(Comparison {
                 a: *a,

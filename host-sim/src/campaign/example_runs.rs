@@ -27,7 +27,7 @@ impl Campaign {
         candidates: &[Candidate],
         shown: &[Method],
     ) -> Result<Vec<Example<'_>>, CampaignError> {
-        let kits = self.kits(work, &|_| {})?;
+        let kits = self.kits(work)?;
         let shown: Vec<Method> = shown
             .iter()
             .copied()
@@ -72,7 +72,7 @@ impl Campaign {
     /// # Errors
     /// A piece of the finished run is missing or damaged.
     pub fn times(&self, work: &WorkFolder) -> Result<Vec<MethodTime>, CampaignError> {
-        let kits = self.kits(work, &|_| {})?;
+        let kits = self.kits(work)?;
         let kit = &kits[0][0];
         let roster = self.roster(kit, self.tuned_on[0], &self.live_methods())?;
         let flights: Vec<_> = self.runs.flights.iter().take(TIMED).collect();

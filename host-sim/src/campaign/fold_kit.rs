@@ -144,7 +144,8 @@ impl Part {
         self != Self::Tunings(TunedOn::Generated)
     }
 
-    fn name(self, fold: usize, table: NoiseTable) -> String {
+    /// The name of the piece that it is kept as.
+    pub fn name(self, fold: usize, table: NoiseTable) -> String {
         match self {
             Self::Tunings(TunedOn::Generated) => format!("{table}-generated.tunings"),
             Self::Tunings(on) => format!("fold-{fold}-{table}-{on}.tunings"),
@@ -167,7 +168,7 @@ impl Task<'_> {
         done: &dyn Fn(f64),
     ) -> Result<(), FoldKitError> {
         let name = part.name(self.fold, self.table);
-        if work.bytes(&name)?.is_none() {
+        if !work.has(&name) {
             match part {
                 Part::Tunings(on) => {
                     let flights = self.flights_of(on);
@@ -303,7 +304,7 @@ mod tests {
     use bnkf_model_export::radar::noise::NoiseTable;
 
     use super::{FLIGHTS_MAX, FoldKitError, GENERATED_IN_BOTH, Part, Task};
-    use crate::campaign::work_folder::WorkFolder;
+    use crate::campaign::work_folder::{Role, WorkFolder};
     use crate::contest::default_models;
     use crate::contest::tuned_on::TunedOn;
     use crate::method::Method;
@@ -326,7 +327,7 @@ mod tests {
         let radar = Radar::paper(NoiseTable::Radians);
         let made = |fold: usize, others: &[Flight], seed: u64, on: TunedOn| {
             let folder = tempfile::tempdir().unwrap();
-            let work = WorkFolder::open(&folder.path().join("work"), "plan").unwrap();
+            let work = WorkFolder::open(&folder.path().join("work"), "plan", Role::Alone).unwrap();
             let task = Task {
                 fold,
                 table: NoiseTable::Radians,
@@ -380,7 +381,7 @@ mod tests {
         let radar = Radar::paper(NoiseTable::Radians);
         let shipped = default_models::load().unwrap().pop().unwrap();
         let folder = tempfile::tempdir().unwrap();
-        let work = WorkFolder::open(&folder.path().join("work"), "plan").unwrap();
+        let work = WorkFolder::open(&folder.path().join("work"), "plan", Role::Alone).unwrap();
         let mut task = Task {
             fold: 0,
             table: NoiseTable::Radians,

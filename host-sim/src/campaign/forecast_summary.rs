@@ -6,7 +6,7 @@ use crate::filter::HORIZONS_US;
 use crate::method::Method;
 use crate::scenario::radar::Condition;
 use crate::scoring::bootstrap::{FlightSum, Interval, interval_95};
-use crate::scoring::forecast::{ForecastCell, ScoredForecast};
+use crate::scoring::forecast::{ForecastCell, ForecastSums, ScoredForecast};
 use crate::scoring::paired::PairedDifference;
 
 /// One method's forecasts of one horizon under one condition.
@@ -36,67 +36,74 @@ pub struct ForecastComparison {
     pub ed_m: PairedDifference,
 }
 
-/// One method's forecasts on one flight.
-#[derive(Clone, Copy, Debug)]
-pub struct FlightForecasts<'a> {
-    /// The forecasts.
-    pub forecasts: &'a [ScoredForecast],
-    /// Number of the cluster that is drawn as a whole by the bootstrap.
-    pub cluster: usize,
+/// The forecasts of one method under construction, which take one flight after another.
+#[derive(Clone, Debug)]
+pub struct ForecastAccount {
+    sums: ForecastSums,
+    count: usize,
+    /// Errors of every cluster at every horizon, metres.
+    errors_m: [Vec<FlightSum>; HORIZONS_US.len()],
+}
+
+impl ForecastAccount {
+    /// Without forecasts yet; there are so many `clusters`.
+    pub fn new(clusters: usize) -> Self {
+        Self {
+            sums: ForecastSums::default(),
+            count: 0,
+            errors_m: core::array::from_fn(|_| vec![FlightSum::default(); clusters]),
+        }
+    }
+
+    /// Adds the forecasts of a flight of `cluster`.
+    ///
+    /// # Panics
+    /// If the cluster is beyond what there are.
+    pub fn add(&mut self, forecasts: &[ScoredForecast], cluster: usize) {
+        self.count += forecasts.len();
+        for forecast in forecasts {
+            self.sums.add(forecast);
+        }
+        for (horizon, errors_m) in self.errors_m.iter_mut().enumerate() {
+            let own = forecasts.iter().filter(|own| own.horizon == horizon);
+            errors_m[cluster].join(FlightSum::of(own.map(|own| own.score.error_m)));
+        }
+    }
 }
 
 /// Sums up what `methods` said of the same flights; of a method that said nothing there is nothing.
 pub fn sum_up(
     condition: Condition,
-    methods: &[(Method, Vec<FlightForecasts<'_>>)],
+    methods: &[(Method, &ForecastAccount)],
     seed: u64,
 ) -> (Vec<ForecastSummary>, Vec<ForecastComparison>) {
     let (mut summaries, mut comparisons) = (Vec::new(), Vec::new());
-    let mut sums: Vec<(Method, [Vec<FlightSum>; HORIZONS_US.len()])> = Vec::new();
-    for (method, flights) in methods {
-        let all: Vec<_> = flights.iter().flat_map(|flight| flight.forecasts).collect();
-        if all.is_empty() {
-            continue;
-        }
-        let cells = ForecastCell::all(*method, condition, &all);
-        let own = core::array::from_fn(|horizon| error_sums(flights, horizon));
-        for (cell, sums) in cells.into_iter().zip(&own) {
+    let told = |(_, account): &&(Method, &ForecastAccount)| account.count > 0;
+    let methods: Vec<_> = methods.iter().filter(told).collect();
+    for (method, account) in &methods {
+        let cells = account.sums.cells(*method, condition);
+        for (cell, errors_m) in cells.into_iter().zip(&account.errors_m) {
             summaries.push(ForecastSummary {
                 cell,
-                ed_interval_m: interval_95(sums, seed),
+                ed_interval_m: interval_95(errors_m, seed),
             });
         }
-        sums.push((*method, own));
     }
     for (horizon, ahead_us) in HORIZONS_US.into_iter().enumerate() {
-        for (index, (a, first)) in sums.iter().enumerate() {
-            for (b, second) in &sums[index + 1..] {
+        for (index, (a, first)) in methods.iter().enumerate() {
+            for (b, second) in &methods[index + 1..] {
+                let (first, second) = (&first.errors_m[horizon], &second.errors_m[horizon]);
                 comparisons.push(ForecastComparison {
                     a: *a,
                     b: *b,
                     condition,
                     horizon_s: 1e-6 * ahead_us as f64,
-                    ed_m: PairedDifference::new(&first[horizon], &second[horizon], seed),
+                    ed_m: PairedDifference::new(first, second, seed),
                 });
             }
         }
     }
     (summaries, comparisons)
-}
-
-/// Errors of every cluster at one horizon, metres.
-fn error_sums(flights: &[FlightForecasts<'_>], horizon: usize) -> Vec<FlightSum> {
-    let count = flights.iter().map(|flight| flight.cluster + 1).max();
-    let mut sums = vec![FlightSum::default(); count.unwrap_or(0)];
-    for flight in flights {
-        let own = flight.forecasts.iter();
-        let own = own.filter(|forecast| forecast.horizon == horizon);
-        let own = FlightSum::of(own.map(|forecast| forecast.score.error_m));
-        let sum = &mut sums[flight.cluster];
-        sum.sum += own.sum;
-        sum.count += own.count;
-    }
-    sums
 }
 
 #[cfg(test)]
@@ -126,15 +133,23 @@ mod tests {
             };
             [0, 1, 2, 0].map(forecast).to_vec()
         };
-        let (worse, better) = ([flight(2.0), flight(4.0)], [flight(1.0), flight(2.0)]);
-        fn of(flights: &[Vec<ScoredForecast>; 2]) -> Vec<FlightForecasts<'_>> {
-            flights
-                .iter()
-                .enumerate()
-                .map(|(cluster, forecasts)| FlightForecasts { forecasts, cluster })
-                .collect()
-        }
-        let methods = [(Method::Imm5, of(&worse)), (Method::Recursive, of(&better))];
+        let account = |flights: &[Vec<ScoredForecast>]| {
+            let mut account = ForecastAccount::new(flights.len());
+            for (cluster, forecasts) in flights.iter().enumerate() {
+                account.add(forecasts, cluster);
+            }
+            account
+        };
+        let (worse, better) = (
+            account(&[flight(2.0), flight(4.0)]),
+            account(&[flight(1.0), flight(2.0)]),
+        );
+        let silent = ForecastAccount::new(2);
+        let methods = [
+            (Method::Imm5, &worse),
+            (Method::Ekf, &silent),
+            (Method::Recursive, &better),
+        ];
         let (summaries, comparisons) = sum_up(condition, &methods, 1);
         assert_eq!((summaries.len(), comparisons.len()), (6, 3));
         assert_eq!(summaries[0].cell.metrics.ed_mean_m, 3.0);

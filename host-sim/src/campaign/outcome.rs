@@ -1,21 +1,27 @@
 //! What a campaign sums up to.
 
+use std::io::Write;
+use std::ops::Range;
+
 use bnkf_model_export::radar::noise::NoiseTable;
-use rayon::prelude::*;
 use serde::Serialize;
 
-use super::cell_summary::{CellSummary, Track};
-use super::comparison::{Comparison, comparisons};
-use super::forecast_summary::{self, FlightForecasts, ForecastComparison, ForecastSummary};
+use super::block::{Block, Place, Places};
+use super::cell_summary::CellSummary;
+use super::comparison::Comparison;
+use super::forecast_summary::{ForecastComparison, ForecastSummary};
 use super::generalisation::VariedCell;
-use super::tuning_choice::{Candidate, chosen};
-use crate::campaign::steps_parquet::FlightTracks;
+use super::steps_parquet::{Detail, FlightTracks, StepsFile};
+use super::tuning_choice::{Candidate, keep_chosen};
+use super::work_folder::WorkFolder;
+use super::{Campaign, CampaignError, Progress, Watcher, unit};
 use crate::contest::runs::Runs;
-use crate::method::Method;
 use crate::scenario::radar::Condition;
-use crate::scoring::bootstrap::{FlightSum, mean};
 use crate::scoring::cell::Cell;
 use crate::scoring::forecast::ForecastCell;
+
+/// Flights whose pieces stand in memory at a time.
+const FLIGHTS_AT_ONCE: usize = 32;
 
 /// With fewer recordings than this, the bootstrap draws flights (segments) instead of recordings.
 const RECORDINGS_MIN: usize = 10;
@@ -39,8 +45,6 @@ pub struct Outcome {
     pub floors: Vec<Floor>,
     /// What the bootstrap draws.
     pub cluster: Cluster,
-    /// Every step, as a Parquet file.
-    pub parquet: Vec<u8>,
 }
 
 impl Outcome {
@@ -80,78 +84,94 @@ pub enum Cluster {
     Flight,
 }
 
-/// All flights under one condition.
-#[derive(Clone, Copy, Debug)]
-pub struct Block<'a> {
-    /// The condition.
-    pub condition: Condition,
-    /// The flights with their tracks, and the bound's sum for each.
-    pub flights: &'a [FlightTracks<'a>],
-    /// The bound of each flight; `None` where it has none.
-    pub floors: &'a [Option<FlightSum>],
-    /// Cluster of each flight.
-    pub clusters: &'a [usize],
-    /// The methods in the order of the tracks.
-    pub methods: &'a [Method],
-    /// What the tuned methods are shown with.
-    pub candidates: &'a [Candidate],
-    /// Number of folds.
-    pub folds: usize,
-    /// Seed of the bootstrap.
-    pub seed: u64,
-}
-
-impl Block<'_> {
-    /// Cells, comparisons and bound of the block.
-    pub fn sum_up(&self) -> (Vec<CellSummary>, Vec<Comparison>, Floor) {
-        let mut tracks: Vec<(Method, Vec<Track<'_>>)> = Vec::new();
-        for (index, method) in self.methods.iter().enumerate() {
-            let mut own = Vec::new();
-            for (of, cluster) in self.flights.iter().zip(self.clusters) {
-                own.push(Track {
-                    steps: &of.tracks[index].steps,
-                    fold: of.fold,
-                    cluster: *cluster,
-                });
+impl Campaign {
+    /// Sums the finished pieces up, and writes every step into `steps`, a Parquet file. However many flights there
+    /// are, a few of them stand in memory at a time.
+    ///
+    /// # Errors
+    /// A piece is missing or damaged; `steps` takes no more.
+    pub fn sum_up(
+        &self,
+        work: &WorkFolder,
+        steps: impl Write + Send,
+        watcher: Watcher<'_>,
+    ) -> Result<Outcome, CampaignError> {
+        let conditions = self.scenario.radar.conditions();
+        watcher(Progress::Stage("Summing up", conditions.len()));
+        let (cluster, of_flight) = clusters(&self.runs);
+        let places = Places {
+            folds: self.folds.count,
+            clusters: of_flight.iter().max().map_or(0, |last| last + 1),
+        };
+        let place = |flight: usize| Place {
+            fold: self.folds.of_flight[flight],
+            cluster: of_flight[flight],
+        };
+        let mut file = StepsFile::new(steps, self.detail)?;
+        let mut outcome = Outcome {
+            cells: Vec::new(),
+            candidates: Vec::new(),
+            comparisons: Vec::new(),
+            forecasts: Vec::new(),
+            forecast_comparisons: Vec::new(),
+            variations: self.varied_cells(work)?,
+            floors: Vec::new(),
+            cluster,
+        };
+        for (number, condition) in conditions.iter().enumerate() {
+            let mut block = Block::new(*condition, &self.methods, &self.tuned_on, places);
+            for flights in self.at_once() {
+                let units = self.finished(work, number, flights.clone())?;
+                let placed = flights.clone().map(place).zip(units).collect::<Vec<_>>();
+                let first = unit::name(number, flights.start);
+                block.add(&placed).map_err(|_| work.damaged(&first))?;
             }
-            tracks.push((*method, own));
+            let sums = block.sum_up(self.seed);
+            // Again from the pieces: which fits are shown is known only now.
+            for flights in self.at_once() {
+                let units = self.finished(work, number, flights.clone())?;
+                for (index, unit) in flights.zip(units) {
+                    let flight = &self.runs.flights[index];
+                    let readings = match self.detail {
+                        Detail::Scores => Vec::new(),
+                        Detail::Estimates => {
+                            let radar = &self.scenario.radar;
+                            radar.readings(flight, *condition, self.seed)
+                        }
+                    };
+                    let tracks = FlightTracks {
+                        flight,
+                        fold: self.folds.of_flight[index],
+                        readings,
+                        tracks: keep_chosen(
+                            &sums.candidates,
+                            *condition,
+                            &self.methods,
+                            unit.tracks,
+                        ),
+                    };
+                    file.add(*condition, tracks)?;
+                }
+            }
+            outcome.cells.extend(sums.cells);
+            outcome.candidates.extend(sums.candidates);
+            outcome.comparisons.extend(sums.comparisons);
+            outcome.forecasts.extend(sums.forecasts);
+            outcome
+                .forecast_comparisons
+                .extend(sums.forecast_comparisons);
+            outcome.floors.push(sums.floor);
+            watcher(Progress::Advance(1000));
         }
-        let summary = |(method, tracks): &(Method, Vec<Track<'_>>)| CellSummary {
-            tuned_on: chosen(self.candidates, *method, self.condition),
-            ..CellSummary::new(*method, self.condition, tracks, self.folds, self.seed)
-        };
-        let cells = tracks.par_iter().map(summary).collect();
-        let floors: Option<Vec<FlightSum>> = self.floors.iter().copied().collect();
-        let floor = Floor {
-            condition: self.condition,
-            ed_m: floors.map_or(f64::NAN, |floors| mean(&floors)),
-        };
-        (
-            cells,
-            comparisons(self.condition, &tracks, self.seed),
-            floor,
-        )
+        file.finish()?;
+        Ok(outcome)
     }
-}
 
-impl Block<'_> {
-    /// The block's forecasts, and every pair of methods in them.
-    pub fn sum_up_forecasts(&self) -> (Vec<ForecastSummary>, Vec<ForecastComparison>) {
-        let forecasts = |index: usize| {
-            let of = self.flights.iter().zip(self.clusters);
-            of.map(|(of, cluster)| FlightForecasts {
-                forecasts: &of.tracks[index].forecasts,
-                cluster: *cluster,
-            })
-            .collect()
-        };
-        let methods: Vec<(Method, Vec<FlightForecasts<'_>>)> = self
-            .methods
-            .iter()
-            .enumerate()
-            .map(|(index, method)| (*method, forecasts(index)))
-            .collect();
-        forecast_summary::sum_up(self.condition, &methods, self.seed)
+    /// The flights' numbers, a few at a time.
+    fn at_once(&self) -> impl Iterator<Item = Range<usize>> + use<> {
+        let count = self.runs.flights.len();
+        let starts = (0..count).step_by(FLIGHTS_AT_ONCE);
+        starts.map(move |start| start..(start + FLIGHTS_AT_ONCE).min(count))
     }
 }
 

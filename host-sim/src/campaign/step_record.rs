@@ -1,6 +1,7 @@
 //! What is kept of one scored step.
 
 use bnkf_model_export::flights::flight::Motion;
+use bnkf_model_export::radar::reading::Reading;
 use bnkf_model_export::scoring::step_score::StepScore;
 use serde::{Deserialize, Serialize};
 
@@ -39,6 +40,15 @@ pub struct StepRecord {
     pub motion: Motion,
 }
 
+/// What a method said at one step, kept where it is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EstimateRecord {
+    /// Position that was scored, metres: x, y, z.
+    pub position_m: [f64; 3],
+    /// Its covariance, m^2: xx, xy, xz, yy, yz, zz.
+    pub covariance_m2: [f64; 6],
+}
+
 /// The steps of one method over one flight.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MethodSteps {
@@ -48,6 +58,8 @@ pub struct MethodSteps {
     pub tuned_on: Option<TunedOn>,
     /// From the second sample on.
     pub steps: Vec<StepRecord>,
+    /// The estimates of the steps, or nothing where they are not asked for.
+    pub estimates: Vec<EstimateRecord>,
     /// What it said, on its way, of the times ahead.
     pub forecasts: Vec<ScoredForecast>,
 }
@@ -82,7 +94,37 @@ impl From<&TrackStep> for StepRecord {
     }
 }
 
+impl From<&TrackStep> for EstimateRecord {
+    fn from(step: &TrackStep) -> Self {
+        let c = &step.covariance_m2;
+        Self {
+            position_m: step.position_m.into(),
+            covariance_m2: [
+                c[(0, 0)],
+                c[(0, 1)],
+                c[(0, 2)],
+                c[(1, 1)],
+                c[(1, 2)],
+                c[(2, 2)],
+            ],
+        }
+    }
+}
+
 impl StepRecord {
+    /// What the method did at this step, whose sample has such a `reading`: `held` (its estimate was refused or
+    /// unusable, the last one stands in its place), `coasting` (nothing had come), `rejected`, `restarted`, else
+    /// `tracking`.
+    pub fn mode(&self, reading: Option<&Reading>) -> &'static str {
+        let has_come = reading.is_some_and(|reading| reading.late_us == 0);
+        match self.fate {
+            _ if self.diverged => "held",
+            _ if !has_come => "coasting",
+            Some(fate @ (Fate::Rejected | Fate::Restarted)) => fate.label(),
+            Some(Fate::Used) | None => "tracking",
+        }
+    }
+
     /// Its part in a cell of the table.
     pub fn scored(&self) -> ScoredStep {
         ScoredStep {

@@ -1,21 +1,27 @@
-//! Every scored step as a row of a Parquet file.
+//! Every scored step as a row of a Parquet file, and on request what was true, measured and said there.
 
+mod rows;
+
+use std::io::Write;
 use std::sync::Arc;
 
-use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int32Type};
+use bnkf_model_export::flights::flight::{Flight, Motion};
+use bnkf_model_export::radar::reading::Reading;
+use parquet::data_type::{ByteArrayType, DoubleType, Int32Type};
 use parquet::errors::ParquetError;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;
 
-use bnkf_model_export::flights::flight::{Flight, Motion};
-
-use crate::campaign::step_record::{MethodSteps, StepRecord};
-use crate::parquet_columns::{Group, column, optional, snappy};
+use crate::campaign::step_record::MethodSteps;
+use crate::exchange::estimates::{COVARIANCE, POSITION};
+use crate::exchange::readings::{MEASURED, TRUTHS};
+use crate::parquet_columns::{column, optional, snappy};
 use crate::scenario::radar::Condition;
+use rows::{Rows, booleans, doubles, integers, string, text};
 
 /// Columns in their order. Units: seconds, metres, m^6, m/s, m/s^2; `nis` is null where the method has no
 /// innovation, `fate` in gaps and where the method has no gate, `tuned_on` where nothing is tuned.
-const SCHEMA: &str = "message step {
+const SCHEMA: &str = "
     required binary flight (STRING);
     required binary source (STRING);
     required int32 fold;
@@ -38,7 +44,10 @@ const SCHEMA: &str = "message step {
     optional binary tuned_on (STRING);
     required double true_speed_mps;
     required double true_acceleration_mps2;
-}";
+";
+
+/// Rows of a group: what stands in memory at a time, besides one flight's.
+const GROUP_ROWS: usize = 1 << 16;
 
 /// The tracks of one flight under one condition.
 #[derive(Clone, Debug)]
@@ -47,117 +56,148 @@ pub struct FlightTracks<'a> {
     pub flight: &'a Flight,
     /// The fold that tested it.
     pub fold: usize,
+    /// What the radar said of its samples, or nothing if estimates are not written.
+    pub readings: Vec<Option<Reading>>,
     /// Every method's steps.
     pub tracks: Vec<MethodSteps>,
 }
 
-/// A Parquet file under construction, in memory.
-pub struct StepsFile {
-    writer: SerializedFileWriter<Vec<u8>>,
+/// What a row holds. Truth and reading have the columns of [`crate::exchange::readings`], estimates those of
+/// [`crate::exchange::estimates`]; `mode` is
+/// [`mode`](crate::campaign::step_record::StepRecord::mode).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Detail {
+    /// Scores.
+    Scores,
+    /// And truth, reading, estimate, covariance, mode.
+    Estimates,
 }
 
-impl StepsFile {
+/// A Parquet file under construction. Rows come ordered by condition, flight, method and time.
+pub struct StepsFile<'a, W: Write + Send> {
+    writer: SerializedFileWriter<W>,
+    detail: Detail,
+    /// The condition of the rows that are not written yet.
+    condition: Option<Condition>,
+    waiting: Vec<FlightTracks<'a>>,
+    rows: usize,
+}
+
+impl<'a, W: Write + Send> StepsFile<'a, W> {
     /// A file without rows.
     ///
     /// # Errors
-    /// None is expected: the schema is a constant that is tested.
-    pub fn new() -> Result<Self, ParquetError> {
-        let schema = Arc::new(parse_message_type(SCHEMA)?);
-        let writer = SerializedFileWriter::new(Vec::new(), schema, Arc::new(snappy()))?;
-        Ok(Self { writer })
+    /// `file` takes no bytes.
+    pub fn new(file: W, detail: Detail) -> Result<Self, ParquetError> {
+        let mut schema = format!("message step {{{SCHEMA}");
+        if detail == Detail::Estimates {
+            for name in TRUTHS {
+                schema += &format!("required double {name};\n");
+            }
+            for name in MEASURED {
+                schema += &format!("optional double {name};\n");
+            }
+            for name in POSITION.into_iter().chain(COVARIANCE) {
+                schema += &format!("required double {name};\n");
+            }
+            schema += "required binary mode (STRING);\n";
+        }
+        schema += "}";
+        let schema = Arc::new(parse_message_type(&schema)?);
+        Ok(Self {
+            writer: SerializedFileWriter::new(file, schema, Arc::new(snappy()))?,
+            detail,
+            condition: None,
+            waiting: Vec::new(),
+            rows: 0,
+        })
     }
 
-    /// Adds a row group: all steps under one condition, ordered by flight, method and time.
+    /// Adds the rows of one flight.
     ///
     /// # Errors
-    /// None is expected: the file is in memory.
+    /// The file takes no more.
     pub fn add(
         &mut self,
         condition: Condition,
-        flights: &[FlightTracks<'_>],
+        flight: FlightTracks<'a>,
     ) -> Result<(), ParquetError> {
-        let rows = Rows(flights);
-        let mut group = self.writer.next_row_group()?;
-        text(&mut group, &rows, |row| row.of.flight.name.clone())?;
-        text(&mut group, &rows, |row| row.of.flight.source.clone())?;
-        column::<Int32Type>(&mut group, rows.map(|row| row.of.fold as i32))?;
-        text(&mut group, &rows, |_| condition.table.to_string())?;
-        text(&mut group, &rows, |_| condition.noise.to_string())?;
-        column::<DoubleType>(&mut group, rows.map(|_| condition.rate.get()))?;
-        text(&mut group, &rows, |row| row.track.method.to_string())?;
-        column::<Int32Type>(&mut group, rows.map(|row| row.index as i32 + 1))?;
-        column::<DoubleType>(&mut group, rows.map(|row| row.step.time_s))?;
-        column::<BoolType>(&mut group, rows.map(|row| row.step.in_gap))?;
-        column::<BoolType>(&mut group, rows.map(|row| row.step.diverged))?;
-        column::<DoubleType>(&mut group, rows.map(|row| row.step.error_m))?;
-        column::<DoubleType>(&mut group, rows.map(|row| row.step.mahalanobis_squared))?;
-        column::<DoubleType>(&mut group, rows.map(|row| row.step.det_p_m6))?;
-        optional::<DoubleType>(&mut group, rows.map(|row| row.step.nis.map(|nis| nis.0)))?;
-        optional::<Int32Type>(
-            &mut group,
-            rows.map(|row| row.step.nis.map(|nis| i32::from(nis.1))),
-        )?;
-        let string = |text: &str| ByteArray::from(text.as_bytes().to_vec());
-        let fates = rows.map(|row| row.step.fate.map(|fate| string(fate.label())));
-        optional::<ByteArrayType>(&mut group, fates)?;
-        column::<BoolType>(&mut group, rows.map(|row| row.step.not_tracked))?;
-        column::<BoolType>(&mut group, rows.map(|row| row.step.outside))?;
-        let tunings = rows.map(|row| row.track.tuned_on.map(|on| string(on.label())));
-        optional::<ByteArrayType>(&mut group, tunings)?;
-        let motion = |value: fn(&Motion) -> f64| rows.map(|row| value(&row.step.motion));
-        column::<DoubleType>(&mut group, motion(|motion| motion.speed_mps))?;
-        column::<DoubleType>(&mut group, motion(|motion| motion.acceleration_mps2))?;
-        group.close()?;
+        if self.condition != Some(condition) || self.rows >= GROUP_ROWS {
+            self.write_group()?;
+        }
+        self.condition = Some(condition);
+        self.rows += flight
+            .tracks
+            .iter()
+            .map(|own| own.steps.len())
+            .sum::<usize>();
+        self.waiting.push(flight);
         Ok(())
     }
 
-    /// The bytes of the whole file.
+    /// Ends the file.
     ///
     /// # Errors
-    /// None is expected: the file is in memory.
-    pub fn finish(self) -> Result<Vec<u8>, ParquetError> {
+    /// It takes no more.
+    pub fn finish(mut self) -> Result<W, ParquetError> {
+        self.write_group()?;
         self.writer.into_inner()
     }
-}
 
-struct Rows<'a>(&'a [FlightTracks<'a>]);
-
-/// One row and what it belongs to.
-struct Row<'a> {
-    of: &'a FlightTracks<'a>,
-    track: &'a MethodSteps,
-    index: usize,
-    step: &'a StepRecord,
-}
-
-impl Rows<'_> {
-    fn map<T>(&self, value: impl Fn(Row<'_>) -> T) -> Vec<T> {
-        let mut values = Vec::new();
-        for of in self.0 {
-            for track in &of.tracks {
-                for (index, step) in track.steps.iter().enumerate() {
-                    values.push(value(Row {
-                        of,
-                        track,
-                        index,
-                        step,
-                    }));
-                }
+    /// Writes what waits as a row group.
+    fn write_group(&mut self) -> Result<(), ParquetError> {
+        let Some(condition) = self.condition.take() else {
+            return Ok(());
+        };
+        let flights = std::mem::take(&mut self.waiting);
+        self.rows = 0;
+        let rows = Rows(&flights);
+        let mut open = self.writer.next_row_group()?;
+        let group = &mut open;
+        text(group, &rows, |row| row.of.flight.name.clone())?;
+        text(group, &rows, |row| row.of.flight.source.clone())?;
+        integers(group, &rows, |row| row.of.fold as i32)?;
+        text(group, &rows, |_| condition.table.to_string())?;
+        text(group, &rows, |_| condition.noise.to_string())?;
+        doubles(group, &rows, |_| condition.rate.get())?;
+        text(group, &rows, |row| row.track.method.to_string())?;
+        integers(group, &rows, |row| row.index as i32 + 1)?;
+        doubles(group, &rows, |row| row.step.time_s)?;
+        booleans(group, &rows, |row| row.step.in_gap)?;
+        booleans(group, &rows, |row| row.step.diverged)?;
+        doubles(group, &rows, |row| row.step.error_m)?;
+        doubles(group, &rows, |row| row.step.mahalanobis_squared)?;
+        doubles(group, &rows, |row| row.step.det_p_m6)?;
+        optional::<DoubleType, W>(group, rows.map(|row| row.step.nis.map(|nis| nis.0)))?;
+        let degrees = rows.map(|row| row.step.nis.map(|nis| i32::from(nis.1)));
+        optional::<Int32Type, W>(group, degrees)?;
+        let fates = rows.map(|row| row.step.fate.map(|fate| string(fate.label())));
+        optional::<ByteArrayType, W>(group, fates)?;
+        booleans(group, &rows, |row| row.step.not_tracked)?;
+        booleans(group, &rows, |row| row.step.outside)?;
+        let tunings = rows.map(|row| row.track.tuned_on.map(|on| string(on.label())));
+        optional::<ByteArrayType, W>(group, tunings)?;
+        let motion = |value: fn(&Motion) -> f64| rows.map(|row| value(&row.step.motion));
+        column::<DoubleType, W>(group, motion(|motion| motion.speed_mps))?;
+        column::<DoubleType, W>(group, motion(|motion| motion.acceleration_mps2))?;
+        if self.detail == Detail::Estimates {
+            for index in 0..TRUTHS.len() {
+                doubles(group, &rows, |row| row.numbers().0[index])?;
             }
+            for index in 0..MEASURED.len() {
+                optional::<DoubleType, W>(group, rows.map(|row| row.numbers().1[index]))?;
+            }
+            for index in 0..POSITION.len() {
+                doubles(group, &rows, |row| row.estimate().position_m[index])?;
+            }
+            for index in 0..COVARIANCE.len() {
+                doubles(group, &rows, |row| row.estimate().covariance_m2[index])?;
+            }
+            text(group, &rows, |row| row.step.mode(row.reading()).to_owned())?;
         }
-        values
+        open.close()?;
+        Ok(())
     }
-}
-
-fn text(
-    group: &mut Group<'_>,
-    rows: &Rows<'_>,
-    value: impl Fn(Row<'_>) -> String,
-) -> Result<(), ParquetError> {
-    column::<ByteArrayType>(
-        group,
-        rows.map(|row| ByteArray::from(value(row).into_bytes())),
-    )
 }
 
 #[cfg(test)]
@@ -165,17 +205,18 @@ mod tests {
     use bnkf_model_export::flights::flight::{Flight, Motion};
     use bnkf_model_export::radar::gaps::SamplingRate;
     use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
+    use bnkf_model_export::radar::sampling::{RadarSettings, sample_radar};
     use parquet::file::reader::{FileReader, SerializedFileReader};
-    use parquet::record::RowAccessor;
+    use parquet::record::{Row, RowAccessor};
 
-    use super::{FlightTracks, StepsFile};
-    use crate::campaign::step_record::{MethodSteps, StepRecord};
+    use super::{Detail, FlightTracks, GROUP_ROWS, StepsFile};
+    use crate::campaign::step_record::{EstimateRecord, MethodSteps, StepRecord};
     use crate::contest::tuned_on::TunedOn;
     use crate::filter::Fate;
     use crate::method::Method;
     use crate::scenario::radar::Condition;
 
-    fn file() -> Vec<u8> {
+    fn file(detail: Detail) -> Vec<u8> {
         let rows = [
             [0.0, 1.0, 2.0, 3.0],
             [1.0, 2.0, 2.0, 3.0],
@@ -199,43 +240,50 @@ mod tests {
             },
         };
         let steps = vec![step(1.0, Some((4.25, 4))), step(2.0, None)];
+        let estimate = |x: f64| EstimateRecord {
+            position_m: [x, 2.5, 3.5],
+            covariance_m2: [4.0, 0.1, 0.2, 5.0, 0.3, 6.0],
+        };
         let track = |method| MethodSteps {
             method,
             tuned_on: (method == Method::Imm5).then_some(TunedOn::Both),
             steps: steps.clone(),
+            estimates: vec![estimate(1.5), estimate(2.5)],
             forecasts: Vec::new(),
         };
         let tracks = vec![track(Method::Ekf), track(Method::Imm5)];
-        let mut file = StepsFile::new().unwrap();
+        let radar =
+            RadarSettings::paper(NoiseLevel::Low, NoiseTable::Radians, SamplingRate::FULL, 1);
+        let mut readings = sample_radar(&flight, &radar);
+        readings[2] = None;
+        let mut file = StepsFile::new(Vec::new(), detail).unwrap();
         for rate in [SamplingRate::FULL, SamplingRate::HALF] {
             let condition = Condition {
                 table: NoiseTable::Printed,
                 noise: NoiseLevel::High,
                 rate,
             };
-            file.add(
-                condition,
-                &[FlightTracks {
-                    flight: &flight,
-                    fold: 3,
-                    tracks: tracks.clone(),
-                }],
-            )
-            .unwrap();
+            let tracks = FlightTracks {
+                flight: &flight,
+                fold: 3,
+                readings: readings.clone(),
+                tracks: tracks.clone(),
+            };
+            file.add(condition, tracks).unwrap();
         }
         file.finish().unwrap()
     }
 
+    fn rows(file: Vec<u8>) -> (usize, Vec<Row>) {
+        let reader = SerializedFileReader::new(bytes::Bytes::from(file)).unwrap();
+        let rows = reader.get_row_iter(None).unwrap().map(Result::unwrap);
+        (reader.num_row_groups(), rows.collect())
+    }
+
     #[test]
     fn rows_come_back_as_written() {
-        let reader = SerializedFileReader::new(bytes::Bytes::from(file())).unwrap();
-        assert_eq!(reader.num_row_groups(), 2);
-        let rows: Vec<_> = reader
-            .get_row_iter(None)
-            .unwrap()
-            .map(Result::unwrap)
-            .collect();
-        assert_eq!(rows.len(), 8);
+        let (groups, rows) = rows(file(Detail::Scores));
+        assert_eq!((groups, rows.len(), rows[0].len()), (2, 8, 22));
         let last = &rows[7];
         assert_eq!(last.get_string(0).unwrap(), "a#1");
         assert_eq!(last.get_string(1).unwrap(), "a.csv");
@@ -262,7 +310,76 @@ mod tests {
     }
 
     #[test]
+    fn truth_reading_estimate_and_mode_are_written_on_request() {
+        let (_, rows) = rows(file(Detail::Estimates));
+        assert_eq!((rows.len(), rows[0].len()), (8, 22 + 6 + 15 + 9 + 1));
+        let of = |row: &Row, name: &str| {
+            let mut columns = row.get_column_iter();
+            columns.position(|(column, _)| column == name).unwrap()
+        };
+        let number = |row: &Row, name: &str| row.get_double(of(row, name)).ok();
+        let mode = |row: &Row| row.get_string(of(row, "mode")).unwrap().clone();
+        let (measured, gap) = (&rows[0], &rows[1]);
+        assert_eq!(number(measured, "true_x_m"), Some(2.0));
+        assert_eq!(number(gap, "true_x_m"), Some(3.0));
+        assert_eq!(number(gap, "true_vx_mps"), Some(1.0));
+        // The square root of 2^2 + 2^2 + 3^2 is 4.12; its error a few centimetres.
+        assert!((number(measured, "range_m").unwrap() - 4.12).abs() < 1.0);
+        assert!(number(measured, "sigma_range_m").unwrap() > 0.0);
+        assert_eq!(number(gap, "range_m"), None);
+        assert_eq!(number(gap, "x_m"), Some(2.5));
+        assert_eq!(number(gap, "yz_m2"), Some(0.3));
+        assert_eq!(
+            (mode(measured), mode(gap)),
+            ("rejected".into(), "coasting".into())
+        );
+    }
+
+    #[test]
+    fn what_waits_in_memory_is_bounded() {
+        let rows = [0.0, 1.0, 2.0].map(|t| [t, 1.0 + t, 2.0, 3.0]);
+        let flight = Flight::from_track("a#1", "a.csv", &rows).unwrap();
+        let step = StepRecord {
+            time_s: 1.0,
+            in_gap: false,
+            diverged: false,
+            fate: None,
+            not_tracked: false,
+            outside: false,
+            error_m: 1.0,
+            mahalanobis_squared: 1.0,
+            det_p_m6: 1.0,
+            nis: None,
+            motion: Motion::default(),
+        };
+        let condition = Condition {
+            table: NoiseTable::Printed,
+            noise: NoiseLevel::High,
+            rate: SamplingRate::FULL,
+        };
+        let mut file = StepsFile::new(Vec::new(), Detail::Scores).unwrap();
+        for _ in 0..5 {
+            let tracks = FlightTracks {
+                flight: &flight,
+                fold: 0,
+                readings: Vec::new(),
+                tracks: vec![MethodSteps {
+                    method: Method::Ekf,
+                    tuned_on: None,
+                    steps: vec![step; GROUP_ROWS / 2],
+                    estimates: Vec::new(),
+                    forecasts: Vec::new(),
+                }],
+            };
+            file.add(condition, tracks).unwrap();
+            assert!(file.rows <= GROUP_ROWS);
+        }
+        let (groups, rows) = super::tests::rows(file.finish().unwrap());
+        assert_eq!((groups, rows.len()), (3, 5 * GROUP_ROWS / 2));
+    }
+
+    #[test]
     fn equal_steps_give_equal_bytes() {
-        assert_eq!(file(), file());
+        assert_eq!(file(Detail::Estimates), file(Detail::Estimates));
     }
 }

@@ -6,12 +6,11 @@
 
 use serde::Serialize;
 
-use super::step_record::{MethodSteps, StepRecord};
-use super::steps_parquet::FlightTracks;
+use super::step_record::MethodSteps;
 use crate::contest::tuned_on::TunedOn;
 use crate::method::Method;
 use crate::scenario::radar::Condition;
-use crate::scoring::cell::{CellMetrics, ScoredStep};
+use crate::scoring::cell::CellMetrics;
 
 /// A tuned method with one set of parameters under one condition.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -31,21 +30,14 @@ pub struct Candidate {
 }
 
 /// The candidates under `condition` and the choice among each method's: the smallest mean ED, the
-/// first of equals.
+/// first of equals. `metrics` are those of a method with a fit over all flights, if it flew with it.
 pub fn choose(
     condition: Condition,
     methods: &[Method],
-    flights: &[FlightTracks<'_>],
+    mut metrics: impl FnMut(Method, TunedOn) -> Option<CellMetrics>,
 ) -> Vec<Candidate> {
     let mut candidates = Vec::new();
     for method in methods.iter().copied().filter(|method| method.is_tuned()) {
-        let metrics = |tuned_on: TunedOn| {
-            let own = flights.iter().flat_map(|flight| &flight.tracks);
-            let own = own.filter(|track| track.is_of(method, Some(tuned_on)));
-            let steps = own.flat_map(|track| &track.steps);
-            let scored: Vec<ScoredStep> = steps.map(StepRecord::scored).collect();
-            (!scored.is_empty()).then(|| CellMetrics::new(&scored))
-        };
         let mut own: Vec<Candidate> = TunedOn::ALL
             .into_iter()
             .filter_map(|tuned_on| {
@@ -53,7 +45,7 @@ pub fn choose(
                     method,
                     condition,
                     tuned_on,
-                    metrics: metrics(tuned_on)?,
+                    metrics: metrics(method, tuned_on)?,
                     chosen: false,
                 })
             })
@@ -77,37 +69,36 @@ pub fn chosen(candidates: &[Candidate], method: Method, condition: Condition) ->
     found.map(|candidate| candidate.tuned_on)
 }
 
-/// Leaves of every flight's tracks the chosen ones, one per method in their order.
+/// Leaves of a flight's tracks the chosen ones, one per method in their order.
 pub fn keep_chosen(
     candidates: &[Candidate],
     condition: Condition,
     methods: &[Method],
-    flights: &mut [FlightTracks<'_>],
-) {
-    for flight in flights {
-        let mut all = std::mem::take(&mut flight.tracks);
-        for method in methods {
-            let tuned_on = chosen(candidates, *method, condition);
-            let place = |track: &MethodSteps| track.is_of(*method, tuned_on);
-            if let Some(index) = all.iter().position(place) {
-                flight.tracks.push(all.swap_remove(index));
-            }
+    mut all: Vec<MethodSteps>,
+) -> Vec<MethodSteps> {
+    let mut kept = Vec::with_capacity(methods.len());
+    for method in methods {
+        let tuned_on = chosen(candidates, *method, condition);
+        let place = |track: &MethodSteps| track.is_of(*method, tuned_on);
+        if let Some(index) = all.iter().position(place) {
+            kept.push(all.swap_remove(index));
         }
     }
+    kept
 }
 
 #[cfg(test)]
 mod tests {
-    use bnkf_model_export::flights::flight::{Flight, Motion};
+    use bnkf_model_export::flights::flight::Motion;
     use bnkf_model_export::radar::gaps::SamplingRate;
     use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 
     use super::{choose, chosen, keep_chosen};
     use crate::campaign::step_record::{MethodSteps, StepRecord};
-    use crate::campaign::steps_parquet::FlightTracks;
     use crate::contest::tuned_on::TunedOn;
     use crate::method::Method;
     use crate::scenario::radar::Condition;
+    use crate::scoring::cell::CellMetrics;
 
     const CONDITION: Condition = Condition {
         table: NoiseTable::Radians,
@@ -133,6 +124,7 @@ mod tests {
             method,
             tuned_on,
             steps: vec![step],
+            estimates: Vec::new(),
             forecasts: Vec::new(),
         }
     }
@@ -140,37 +132,37 @@ mod tests {
     /// The nearest over all flights is chosen, not the nearest of each; others are left alone.
     #[test]
     fn each_tuned_method_is_shown_with_what_served_it_best() {
-        let rows = [
-            [0.0, 1.0, 2.0, 3.0],
-            [1.0, 2.0, 2.0, 3.0],
-            [2.0, 3.0, 2.0, 3.0],
-        ];
-        let flight = Flight::from_track("a#1", "a.csv", &rows).unwrap();
         let [generated, recordings, both] = TunedOn::ALL.map(Some);
-        let flight = |errors_m: [f64; 4]| FlightTracks {
-            flight: &flight,
-            fold: 0,
-            tracks: vec![
+        let flight = |errors_m: [f64; 4]| {
+            vec![
                 track(Method::Recursive, None, 0.1),
                 track(Method::EkfTuned, generated, errors_m[0]),
                 track(Method::Imm5, generated, errors_m[3]),
                 track(Method::EkfTuned, recordings, errors_m[1]),
                 track(Method::Imm5, recordings, 9.0),
                 track(Method::EkfTuned, both, errors_m[2]),
-            ],
+            ]
         };
         let methods = [Method::Imm5, Method::Recursive, Method::EkfTuned];
-        let mut flights = [flight([1.0, 5.0, 2.0, 1.0]), flight([9.0, 3.0, 2.0, 1.0])];
-        let candidates = choose(CONDITION, &methods, &flights);
+        let flights = [flight([1.0, 5.0, 2.0, 1.0]), flight([9.0, 3.0, 2.0, 1.0])];
+        let candidates = choose(CONDITION, &methods, |method, on| {
+            let all = flights.iter().flatten();
+            let own = all.filter(|track| track.is_of(method, Some(on)));
+            let steps: Vec<_> = own
+                .flat_map(|track| &track.steps)
+                .map(StepRecord::scored)
+                .collect();
+            (!steps.is_empty()).then(|| CellMetrics::new(&steps))
+        });
         assert_eq!(candidates.len(), 5);
         let of = |method| chosen(&candidates, method, CONDITION);
         assert_eq!(of(Method::EkfTuned), both);
         assert_eq!(of(Method::Imm5), generated);
         assert_eq!(of(Method::Recursive), None);
 
-        keep_chosen(&candidates, CONDITION, &methods, &mut flights);
-        for flight in &flights {
-            let kept = flight.tracks.iter().map(|t| (t.method, t.tuned_on));
+        for flight in flights {
+            let kept = keep_chosen(&candidates, CONDITION, &methods, flight);
+            let kept = kept.iter().map(|t| (t.method, t.tuned_on));
             let expected = [
                 (Method::Imm5, generated),
                 (Method::Recursive, None),

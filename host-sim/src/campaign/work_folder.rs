@@ -1,64 +1,48 @@
 //! Finished pieces of a long run, on disk: a run that was killed continues where it was.
 //!
 //! Every piece is a file that appears whole or not at all. The folder belongs to one plan: pieces
-//! of another are never mixed in.
+//! of another are never mixed in. Shards of one plan may share it: each piece has one writer at a time.
 
-use std::fs::{File, OpenOptions};
+mod error;
+
 use std::path::{Path, PathBuf};
 
-use bnkf_model_export::atomic_file::{self, AtomicWriteError};
-use bnkf_model_export::regular_file::{self, ReadFileError};
+use bnkf_model_export::atomic_file;
+use bnkf_model_export::regular_file;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use super::claim::Claim;
+use super::shard::Shard;
+pub use error::WorkFolderError;
+
 const PLAN: &str = "plan.json";
+/// Held alone by a whole run and by a merge, shared by shards.
 const LOCK: &str = "lock";
+/// Ending of what shards and the makers of pieces hold.
+const CLAIM: &str = "claim";
 
 /// Longest piece, bytes.
 const PIECE_BYTES_MAX: u64 = 1 << 32;
+
+/// Who works in a folder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// A run of everything; nobody else works here meanwhile.
+    Alone,
+    /// One of several that share it.
+    Shard(Shard),
+    /// Who puts finished pieces together; the folder must be there, and no shard may work.
+    Merge,
+}
 
 /// A folder of finished pieces, locked against other processes while it is open.
 #[derive(Debug)]
 pub struct WorkFolder {
     path: PathBuf,
-    /// Held for the lock on it.
-    _lock: File,
-}
-
-/// Why pieces cannot be kept.
-#[derive(Debug, thiserror::Error)]
-pub enum WorkFolderError {
-    /// The system refused.
-    #[error("{}: {cause}", path.display())]
-    Io {
-        /// File or folder.
-        path: PathBuf,
-        /// What it said.
-        cause: std::io::Error,
-    },
-    /// A piece cannot be read.
-    #[error(transparent)]
-    Read(#[from] ReadFileError),
-    /// A folder of somebody else: it would be removed with the last piece.
-    #[error("{}: holds {name}, which is of no evaluation; choose another --out", path.display())]
-    Foreign {
-        /// The folder.
-        path: PathBuf,
-        /// What it holds.
-        name: String,
-    },
-    /// A piece cannot be written.
-    #[error(transparent)]
-    Write(#[from] AtomicWriteError),
-    /// Another process works here.
-    #[error("{}: another run works in this folder", .0.display())]
-    Busy(PathBuf),
-    /// The pieces belong to other flights, settings or another version.
-    #[error("{}: holds the pieces of another run; remove it or choose another --out", .0.display())]
-    OtherPlan(PathBuf),
-    /// A piece is not what this program writes.
-    #[error("{}: damaged; remove it", .0.display())]
-    Damaged(PathBuf),
+    /// More folders of the same plan to look for pieces in.
+    others: Vec<WorkFolder>,
+    _claims: Vec<Claim>,
 }
 
 impl WorkFolder {
@@ -66,11 +50,14 @@ impl WorkFolder {
     ///
     /// # Errors
     /// See [`WorkFolderError`].
-    pub fn open(path: &Path, plan: &str) -> Result<Self, WorkFolderError> {
+    pub fn open(path: &Path, plan: &str, role: Role) -> Result<Self, WorkFolderError> {
         let io = |cause| WorkFolderError::Io {
             path: path.to_owned(),
             cause,
         };
+        if role == Role::Merge && path.join(PLAN).symlink_metadata().is_err() {
+            return Err(WorkFolderError::Nothing(path.to_owned()));
+        }
         std::fs::create_dir_all(path).map_err(io)?;
         if let Some(name) = foreign(path).map_err(io)? {
             return Err(WorkFolderError::Foreign {
@@ -79,23 +66,23 @@ impl WorkFolder {
             });
         }
         atomic_file::check(&[path.join(LOCK), path.join(PLAN)])?;
-        let lock = OpenOptions::new()
-            .create(true)
-            .truncate(false)
-            .write(true)
-            .open(path.join(LOCK))
-            .map_err(io)?;
-        match lock.try_lock() {
-            Ok(()) => {}
-            Err(std::fs::TryLockError::WouldBlock) => {
-                return Err(WorkFolderError::Busy(path.to_owned()));
-            }
-            Err(std::fs::TryLockError::Error(cause)) => return Err(io(cause)),
-        }
-        let folder = Self {
-            path: path.to_owned(),
-            _lock: lock,
+        let lock = match role {
+            Role::Alone | Role::Merge => Claim::alone(&path.join(LOCK)),
+            Role::Shard(_) => Claim::shared(&path.join(LOCK)),
         };
+        let lock = lock.map_err(io)?;
+        let lock = lock.ok_or_else(|| WorkFolderError::Busy(path.to_owned()))?;
+        let mut folder = Self {
+            path: path.to_owned(),
+            others: Vec::new(),
+            _claims: vec![lock],
+        };
+        if let Role::Shard(shard) = role {
+            let own = folder.enter(shard)?;
+            folder._claims.push(own);
+        }
+        // Two shards that begin at once must not both find no plan.
+        let _one_at_a_time = Claim::wait(&folder.claim_path(PLAN)).map_err(io)?;
         match folder.bytes(PLAN)? {
             Some(found) if found != plan.as_bytes() => {
                 return Err(WorkFolderError::OtherPlan(path.to_owned()));
@@ -106,12 +93,89 @@ impl WorkFolder {
         Ok(folder)
     }
 
+    /// Opens the first of `paths` as [`WorkFolder::open`] does, and the others to look for pieces in.
+    ///
+    /// # Errors
+    /// See [`WorkFolderError`].
+    ///
+    /// # Panics
+    /// If there is none.
+    pub fn open_all(paths: &[PathBuf], plan: &str, role: Role) -> Result<Self, WorkFolderError> {
+        let mut folders = paths.iter().map(|path| Self::open(path, plan, role));
+        let mut first = folders.next().expect("a folder")?;
+        first.others = folders.collect::<Result<_, _>>()?;
+        Ok(first)
+    }
+
+    /// The claim of `shard`, if no other process is this one, or one of another division.
+    fn enter(&self, shard: Shard) -> Result<Claim, WorkFolderError> {
+        let io = |cause| WorkFolderError::Io {
+            path: self.path.clone(),
+            cause,
+        };
+        let prefix = |count: usize| format!("shards-of-{count}-");
+        let own_prefix = prefix(shard.count());
+        let own = format!("{own_prefix}{}", shard.number());
+        let claim = Claim::alone(&self.claim_path(&own)).map_err(io)?;
+        let claim = claim.ok_or_else(|| WorkFolderError::SameShard {
+            path: self.path.clone(),
+            shard,
+        })?;
+        // Own first, then a look at the others: of two that begin at once one at least sees the other.
+        for entry in std::fs::read_dir(&self.path).map_err(io)? {
+            let name = entry
+                .map_err(io)?
+                .file_name()
+                .to_string_lossy()
+                .into_owned();
+            let is_other = name.starts_with("shards-of-") && !name.starts_with(&own_prefix);
+            if is_other && Claim::alone(&self.path.join(&name)).map_err(io)?.is_none() {
+                return Err(WorkFolderError::OtherDivision {
+                    path: self.path.clone(),
+                    shard,
+                    name,
+                });
+            }
+        }
+        Ok(claim)
+    }
+
+    fn claim_path(&self, name: &str) -> PathBuf {
+        self.path.join(format!("{name}.{CLAIM}"))
+    }
+
+    /// The right to make the piece `name`; `None` while another process makes it.
+    ///
+    /// # Errors
+    /// The system refused.
+    pub fn claim(&self, name: &str) -> Result<Option<Claim>, WorkFolderError> {
+        let path = self.claim_path(name);
+        Claim::alone(&path).map_err(|cause| WorkFolderError::Io { path, cause })
+    }
+
+    /// Waits until nobody makes the piece `name`.
+    ///
+    /// # Errors
+    /// The system refused.
+    pub fn wait(&self, name: &str) -> Result<(), WorkFolderError> {
+        let path = self.claim_path(name);
+        match Claim::wait(&path) {
+            Ok(_) => Ok(()),
+            Err(cause) => Err(WorkFolderError::Io { path, cause }),
+        }
+    }
+
+    /// Whether the piece `name` is there.
+    pub fn has(&self, name: &str) -> bool {
+        self.path_of(name).symlink_metadata().is_ok()
+    }
+
     /// The bytes of a finished piece.
     ///
     /// # Errors
     /// The piece is there and cannot be read.
     pub fn bytes(&self, name: &str) -> Result<Option<Vec<u8>>, WorkFolderError> {
-        match regular_file::read(&self.path.join(name), PIECE_BYTES_MAX) {
+        match regular_file::read(&self.path_of(name), PIECE_BYTES_MAX) {
             Ok(bytes) => Ok(Some(bytes)),
             Err(error) if error.is_missing() => Ok(None),
             Err(error) => Err(error.into()),
@@ -131,11 +195,23 @@ impl WorkFolder {
     /// # Errors
     /// The piece is there and cannot be read.
     pub fn load<T: DeserializeOwned>(&self, name: &str) -> Result<Option<T>, WorkFolderError> {
-        let damaged = |_| WorkFolderError::Damaged(self.path.join(name));
         let bytes = self.bytes(name)?;
         bytes
-            .map(|bytes| postcard::from_bytes(&bytes).map_err(damaged))
+            .map(|bytes| postcard::from_bytes(&bytes).map_err(|_| self.damaged(name)))
             .transpose()
+    }
+
+    /// What is said of pieces that are not there.
+    pub fn missing(&self, names: Vec<String>) -> WorkFolderError {
+        WorkFolderError::Missing {
+            path: self.path.clone(),
+            names,
+        }
+    }
+
+    /// What a piece is whose contents make no sense.
+    pub fn damaged(&self, name: &str) -> WorkFolderError {
+        WorkFolderError::Damaged(self.path_of(name))
     }
 
     /// Keeps a piece.
@@ -150,9 +226,18 @@ impl WorkFolder {
         self.keep(name, &bytes)
     }
 
-    /// Where the piece `name` is kept.
+    /// Where the piece `name` is kept, or will be.
     pub fn path_of(&self, name: &str) -> PathBuf {
-        self.path.join(name)
+        let own = self.path.join(name);
+        let others = self.others.iter().map(|other| other.path.join(name));
+        let mut all = std::iter::once(own.clone()).chain(others);
+        let found = all.find(|path| path.symlink_metadata().is_ok());
+        found.unwrap_or(own)
+    }
+
+    /// Where pieces are written.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     /// Removes the folder with all its pieces.
@@ -175,7 +260,8 @@ fn foreign(path: &Path) -> std::io::Result<Option<String>> {
     for entry in std::fs::read_dir(path)? {
         let name = entry?.file_name().to_string_lossy().into_owned();
         // What a run leaves that was killed before it wrote its plan.
-        if name != LOCK && !name.starts_with(".bnkf-") {
+        let is_claim = name.ends_with(&format!(".{CLAIM}"));
+        if name != LOCK && !is_claim && !name.starts_with(".bnkf-") {
             return Ok(Some(name));
         }
     }
@@ -184,26 +270,26 @@ fn foreign(path: &Path) -> std::io::Result<Option<String>> {
 
 #[cfg(test)]
 mod tests {
-    use super::{WorkFolder, WorkFolderError};
+    use super::{Role, Shard, WorkFolder, WorkFolderError};
 
     #[test]
     fn pieces_survive_and_other_plans_are_refused() {
         let root = tempfile::tempdir().unwrap();
         let path = root.path().join("work");
-        let folder = WorkFolder::open(&path, "plan a").unwrap();
+        let folder = WorkFolder::open(&path, "plan a", Role::Alone).unwrap();
         assert_eq!(folder.load::<Vec<f64>>("piece").unwrap(), None);
         folder.store("piece", &vec![0.1, -2.5e300]).unwrap();
         assert!(matches!(
-            WorkFolder::open(&path, "plan a"),
+            WorkFolder::open(&path, "plan a", Role::Alone),
             Err(WorkFolderError::Busy(_))
         ));
         drop(folder);
 
         assert!(matches!(
-            WorkFolder::open(&path, "plan b"),
+            WorkFolder::open(&path, "plan b", Role::Alone),
             Err(WorkFolderError::OtherPlan(_))
         ));
-        let folder = WorkFolder::open(&path, "plan a").unwrap();
+        let folder = WorkFolder::open(&path, "plan a", Role::Alone).unwrap();
         assert_eq!(
             folder.load::<Vec<f64>>("piece").unwrap(),
             Some(vec![0.1, -2.5e300])
@@ -216,7 +302,7 @@ mod tests {
     fn a_folder_of_somebody_else_is_not_taken() {
         let root = tempfile::tempdir().unwrap();
         std::fs::write(root.path().join("thesis.tex"), "years").unwrap();
-        let error = WorkFolder::open(root.path(), "plan").unwrap_err();
+        let error = WorkFolder::open(root.path(), "plan", Role::Alone).unwrap_err();
         assert!(error.to_string().contains("holds thesis.tex"), "{error}");
         assert_eq!(std::fs::read_dir(root.path()).unwrap().count(), 1);
     }
@@ -224,9 +310,69 @@ mod tests {
     #[test]
     fn a_damaged_piece_is_named() {
         let root = tempfile::tempdir().unwrap();
-        let folder = WorkFolder::open(root.path(), "plan").unwrap();
+        let folder = WorkFolder::open(root.path(), "plan", Role::Alone).unwrap();
         std::fs::write(folder.path_of("piece"), [9]).unwrap();
         let error = folder.load::<Vec<f64>>("piece").unwrap_err();
         assert!(error.to_string().contains("piece: damaged"), "{error}");
+    }
+
+    #[test]
+    fn shards_share_a_folder_and_nobody_else_does() {
+        let root = tempfile::tempdir().unwrap();
+        let path = root.path().join("work");
+        let open = |role| WorkFolder::open(&path, "plan", role);
+        let shard = |number, count| Role::Shard(Shard::new(number, count).unwrap());
+        assert!(matches!(
+            open(Role::Merge),
+            Err(WorkFolderError::Nothing(_))
+        ));
+        let first = open(shard(1, 2)).unwrap();
+        let second = open(shard(2, 2)).unwrap();
+        for role in [Role::Alone, Role::Merge] {
+            assert!(matches!(open(role), Err(WorkFolderError::Busy(_))));
+        }
+        let same = open(shard(2, 2)).unwrap_err().to_string();
+        assert!(
+            same.ends_with("work: another process is shard 2/2"),
+            "{same}"
+        );
+        let other = open(shard(3, 3)).unwrap_err();
+        assert!(
+            matches!(other, WorkFolderError::OtherDivision { .. }),
+            "{other}"
+        );
+
+        // A piece has one maker at a time; who comes later finds it.
+        let claim = first.claim("piece").unwrap();
+        assert!(claim.is_some() && second.claim("piece").unwrap().is_none());
+        first.store("piece", &7_u8).unwrap();
+        drop(claim);
+        second.wait("piece").unwrap();
+        assert!(second.has("piece") && !second.has("other"));
+        assert_eq!(second.load::<u8>("piece").unwrap(), Some(7));
+        drop((first, second));
+        open(shard(3, 3)).unwrap();
+        assert_eq!(
+            open(Role::Merge).unwrap().load("piece").unwrap(),
+            Some(7_u8)
+        );
+    }
+
+    #[test]
+    fn pieces_are_looked_for_in_every_folder() {
+        let root = tempfile::tempdir().unwrap();
+        let paths = ["a", "b"].map(|name| root.path().join(name));
+        for (path, piece) in paths.iter().zip(["one", "two"]) {
+            let folder = WorkFolder::open(path, "plan", Role::Alone).unwrap();
+            folder.store(piece, &piece.to_owned()).unwrap();
+        }
+        let all = WorkFolder::open_all(&paths, "plan", Role::Merge).unwrap();
+        for piece in ["one", "two"] {
+            assert_eq!(all.load(piece).unwrap(), Some(piece.to_owned()));
+        }
+        assert!(!all.has("three"));
+        drop(all);
+        let error = WorkFolder::open_all(&paths, "other", Role::Merge).unwrap_err();
+        assert!(matches!(error, WorkFolderError::OtherPlan(_)), "{error}");
     }
 }

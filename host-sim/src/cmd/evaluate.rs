@@ -4,7 +4,7 @@ mod cross_validated;
 pub mod data;
 mod recorded;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use bnkf_model_export::atomic_file::AtomicWriteError;
 use bnkf_model_export::flights::csv::options::ReadOptions;
@@ -18,7 +18,8 @@ use clap::ValueEnum as _;
 use crate::baseline::tuning::FLIGHTS_MAX;
 use crate::campaign::CampaignError;
 use crate::campaign::fold_kit::TUNING_SEED;
-use crate::campaign::work_folder::WorkFolderError;
+use crate::campaign::shard::Shard;
+use crate::campaign::work_folder::{Role, WorkFolderError};
 use crate::contest::fold::FoldError;
 use crate::contest::model::ModelError;
 use crate::contest::own_filter::OwnFilter;
@@ -31,7 +32,7 @@ use crate::scenario::{Scenario, ScenarioError};
 ///
 /// With --flights alone: the built-in models on recorded flights. With --folds or --quick:
 /// cross-validation, every fold's networks trained on the other folds' recordings; interrupted runs
-/// continue where they were. Filters are tuned on generated flights of another seed; with --flights
+/// continue where they were, and several machines divide one among themselves (--shard, --merge). Filters are tuned on generated flights of another seed; with --flights
 /// also on the other folds' recordings and on both, and each cell shows the best of the three, which
 /// favours the filters (all three: tunings.csv).
 #[derive(Clone, Debug, clap::Args)]
@@ -63,6 +64,55 @@ pub struct Args {
         default_value = "out/evaluation"
     )]
     pub out: PathBuf,
+    /// Writes truth, reading, estimate, covariance and mode of every step into steps.parquet, beside the scores
+    #[arg(long, requires = "cross-validation")]
+    pub steps: bool,
+    /// Leaves out what a step costs, which no two runs measure alike: then the page is the same bytes, too
+    #[arg(long, requires = "cross-validation")]
+    pub no_times: bool,
+    /// How several processes or machines divide a cross-validation.
+    #[command(flatten)]
+    pub division: Division,
+}
+
+/// One share of a cross-validation, or all of them put together.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Division {
+    /// Makes share K of N of a cross-validation and no results; every share has the same other arguments. A share
+    /// that dies is run again and goes on where it was; --merge makes the results
+    #[arg(
+        long,
+        value_name = "K/N",
+        requires = "cross-validation",
+        conflicts_with = "merge"
+    )]
+    pub shard: Option<Shard>,
+    /// Makes the results of what all shards have made, the same bytes as one run's; names the pieces that are missing
+    #[arg(long, requires = "cross-validation")]
+    pub merge: bool,
+    /// Folder of the finished pieces, which shards may share [default: work in --out]; --merge takes several
+    #[arg(long, value_name = "DIR", requires = "cross-validation")]
+    pub work: Vec<PathBuf>,
+}
+
+impl Division {
+    /// Whose work this process does.
+    fn role(&self) -> Role {
+        match self.shard {
+            Some(shard) => Role::Shard(shard),
+            None if self.merge => Role::Merge,
+            None => Role::Alone,
+        }
+    }
+
+    /// The folders of the pieces; `out` is that of the results.
+    fn folders(&self, out: &Path) -> Result<Vec<PathBuf>, EvaluateError> {
+        match &self.work[..] {
+            [] => Ok(vec![out.join("work")]),
+            [_, _, ..] if !self.merge => Err(EvaluateError::WorkFolders),
+            folders => Ok(folders.to_vec()),
+        }
+    }
 }
 
 /// Which flights are measured by which radar, how often, and which of them filters may learn from.
@@ -157,6 +207,9 @@ pub enum EvaluateError {
     /// The folder cannot take results.
     #[error(transparent)]
     Folder(#[from] OutputFolderError),
+    /// Pieces are written into one folder.
+    #[error("--work: several folders are for --merge")]
+    WorkFolders,
     /// The pieces of the cross-validation.
     #[error(transparent)]
     Work(#[from] WorkFolderError),

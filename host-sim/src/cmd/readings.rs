@@ -3,7 +3,8 @@
 use std::io::Write as _;
 use std::path::PathBuf;
 
-use bnkf_model_export::atomic_file::{self, AtomicWriteError};
+use bnkf_model_export::atomic_file::AtomicWriteError;
+use bnkf_model_export::pending_file::PendingFile;
 use parquet::errors::ParquetError;
 use rayon::prelude::*;
 
@@ -18,6 +19,9 @@ use crate::output_folder::{self, OutputFolderError};
 pub const CSV: &str = "readings.csv";
 /// The same rows.
 pub const PARQUET: &str = "readings.parquet";
+
+/// Flights whose rows stand in memory at a time.
+const FLIGHTS_AT_ONCE: usize = 256;
 
 /// Writes truth and readings of an evaluation: `readings.csv` and `readings.parquet`.
 ///
@@ -72,29 +76,40 @@ pub fn run(args: &Args) -> Result<(), ReadingsError> {
     }
     let conditions = scenario.radar.conditions();
     let bar = progress::bar(conditions.len(), "Measuring");
-    let mut file = ReadingsFile::new()?;
+    let paths = [PARQUET, CSV].map(|name| args.out.join(name));
+    let [mut parquet, mut csv] = [PendingFile::new(&paths[0])?, PendingFile::new(&paths[1])?];
+    let mut file = ReadingsFile::new(&mut parquet)?;
     let (mut text, mut rows) = (CsvText::new(&readings::header()), 0);
     for condition in conditions {
-        let sighting = |flight| Sighting {
-            flight,
-            condition,
-            readings: scenario
-                .radar
-                .readings(flight, condition, args.subject.seed),
-        };
-        let sightings: Vec<_> = data.runs.flights.par_iter().map(sighting).collect();
-        file.add(&sightings)?;
-        // A condition at a time: as fields, all rows would take gigabytes.
-        for sighting in &sightings {
-            rows += sighting.readings.len();
-            text.add(readings::csv_rows(sighting));
+        // A few flights at a time: as fields, all rows would take gigabytes.
+        for flights in data.runs.flights.chunks(FLIGHTS_AT_ONCE) {
+            let sighting = |flight| Sighting {
+                flight,
+                condition,
+                readings: scenario
+                    .radar
+                    .readings(flight, condition, args.subject.seed),
+            };
+            let sightings: Vec<_> = flights.par_iter().map(sighting).collect();
+            file.add(&sightings)?;
+            for sighting in &sightings {
+                rows += sighting.readings.len();
+                text.add(readings::csv_rows(sighting));
+            }
+            let text = std::mem::replace(&mut text, CsvText::continued());
+            csv.write_all(&text.finish())
+                .map_err(|cause| AtomicWriteError {
+                    path: paths[1].clone(),
+                    cause,
+                })?;
         }
         bar.inc(1);
     }
     bar.finish_and_clear();
+    file.finish()?;
+    parquet.finish()?;
+    csv.finish()?;
     let said = |name: &str| format!("{}\n", args.out.join(name).display());
-    atomic_file::write(&args.out.join(PARQUET), &file.finish()?)?;
-    atomic_file::write(&args.out.join(CSV), &text.finish())?;
     let said = format!("{rows} rows\n{}{}", said(PARQUET), said(CSV));
     std::io::stdout().write_all(said.as_bytes())?;
     Ok(())

@@ -1,16 +1,18 @@
 //! Every method over every segment, noise level and rate, on the same readings.
 
-use bnkf_model_export::flights::flight::{Flight, Motion};
+use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::radar::reading::Reading;
 use rayon::prelude::*;
 
 use crate::contest::roster::Roster;
 use crate::contest::track::TrackStep;
-use crate::method::Method;
 use crate::scenario::radar::{Condition, Radar};
-use crate::scoring::binned::binned;
-use crate::scoring::cell::{Cell, CellMetrics, ScoredStep};
-use crate::scoring::forecast::{ForecastCell, ScoredForecast};
+use crate::scoring::binned::Binned;
+use crate::scoring::cell::{Cell, CellSums};
+use crate::scoring::forecast::{ForecastCell, ForecastSums, ScoredForecast};
+
+/// Segments that are flown before their tracks are summed up.
+const SEGMENTS_AT_ONCE: usize = 64;
 
 /// What is evaluated.
 #[derive(Clone, Copy, Debug)]
@@ -39,49 +41,63 @@ impl Evaluation<'_> {
     }
 
     /// All cells, ordered by condition, then method. Works on all threads of the current rayon
-    /// pool and calls `done` after each unit.
+    /// pool and calls `done` after each unit. A few segments' tracks stand in memory at a time.
     pub fn run(&self, done: &(dyn Fn() + Sync)) -> Cells {
-        let unit = |index: usize| {
-            let condition = self.conditions[index / self.segments.len()];
-            let segment = &self.segments[index % self.segments.len()];
-            let readings = self.readings(segment, condition);
-            let tracks = self
-                .roster
-                .tracks_ahead(segment, &readings, condition, self.seed);
-            let tracks: Vec<Tracked> = tracks.into_iter().map(Tracked::from).collect();
-            done();
-            tracks
-        };
-        let units: Vec<_> = (0..self.units()).into_par_iter().map(unit).collect();
         let mut cells = Cells::default();
-        for (condition, units) in self
-            .conditions
-            .iter()
-            .zip(units.chunks(self.segments.len().max(1)))
-        {
-            for (index, method) in self.roster.methods().enumerate() {
-                let own = || {
-                    units
-                        .iter()
-                        .flat_map(|tracks| &tracks[index].steps)
-                        .copied()
+        for condition in self.conditions {
+            let mut all: Vec<Sums> = self.roster.methods().map(|_| Sums::default()).collect();
+            for segments in self.segments.chunks(SEGMENTS_AT_ONCE) {
+                let unit = |segment: &Flight| {
+                    let readings = self.readings(segment, *condition);
+                    let tracks = self
+                        .roster
+                        .tracks_ahead(segment, &readings, *condition, self.seed);
+                    done();
+                    tracks
                 };
-                let steps: Vec<_> = own().map(|(_, scored)| scored).collect();
+                let units: Vec<_> = segments.par_iter().map(unit).collect();
+                all.par_iter_mut().enumerate().for_each(|(index, sums)| {
+                    for tracks in &units {
+                        let (_, steps, forecasts) = &tracks[index];
+                        sums.add(steps, forecasts);
+                    }
+                });
+            }
+            for (method, sums) in self.roster.methods().zip(&all) {
                 let Condition { noise, rate, .. } = *condition;
                 cells.tracking.push(Cell {
                     method,
                     noise,
                     rate,
-                    metrics: CellMetrics::new(&steps),
-                    bins: binned(own().map(|(motion, scored)| (motion, scored.score))),
+                    metrics: sums.cell.metrics(),
+                    bins: sums.bins.bins(),
                 });
-                let forecasts = units.iter().flat_map(|tracks| &tracks[index].forecasts);
-                let forecasts: Vec<_> = forecasts.collect();
-                let own = ForecastCell::all(method, *condition, &forecasts);
-                cells.forecasts.extend(own);
+                cells
+                    .forecasts
+                    .extend(sums.forecasts.cells(method, *condition));
             }
         }
         cells
+    }
+}
+
+/// One method under one condition, under construction.
+#[derive(Clone, Debug, Default)]
+struct Sums {
+    cell: CellSums,
+    bins: Binned,
+    forecasts: ForecastSums,
+}
+
+impl Sums {
+    fn add(&mut self, steps: &[TrackStep], forecasts: &[ScoredForecast]) {
+        for step in steps {
+            self.cell.add(&step.scored);
+            self.bins.add(&step.motion, &step.scored.score);
+        }
+        for forecast in forecasts {
+            self.forecasts.add(forecast);
+        }
     }
 }
 
@@ -92,20 +108,4 @@ pub struct Cells {
     pub tracking: Vec<Cell>,
     /// Forecasts.
     pub forecasts: Vec<ForecastCell>,
-}
-
-/// What is kept of one method over one segment.
-struct Tracked {
-    steps: Vec<(Motion, ScoredStep)>,
-    forecasts: Vec<ScoredForecast>,
-}
-
-impl From<(Method, Vec<TrackStep>, Vec<ScoredForecast>)> for Tracked {
-    fn from((_, steps, forecasts): (Method, Vec<TrackStep>, Vec<ScoredForecast>)) -> Self {
-        let step = |step: TrackStep| (step.motion, step.scored);
-        Self {
-            steps: steps.into_iter().map(step).collect(),
-            forecasts,
-        }
-    }
 }

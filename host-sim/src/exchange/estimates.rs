@@ -14,8 +14,10 @@ use super::columns::{Row, Table, TableCause, TableError};
 use crate::filter::PositionEstimate;
 use crate::scenario::radar::Condition;
 
-const POSITION: [&str; 3] = ["x_m", "y_m", "z_m"];
-const COVARIANCE: [&str; 6] = ["xx_m2", "xy_m2", "xz_m2", "yy_m2", "yz_m2", "zz_m2"];
+/// Columns of a position, metres.
+pub const POSITION: [&str; 3] = ["x_m", "y_m", "z_m"];
+/// Columns of its covariance, m^2.
+pub const COVARIANCE: [&str; 6] = ["xx_m2", "xy_m2", "xz_m2", "yy_m2", "yz_m2", "zz_m2"];
 
 /// One flight's number and one condition's.
 type Track = (usize, usize);

@@ -3,6 +3,7 @@
 //! The names of columns carry the units: metres, seconds, radians, metres per second; x east, y north, z
 //! up. What was not measured is empty (null).
 
+use std::io::Write;
 use std::sync::Arc;
 
 use bnkf_model_export::flights::flight::Flight;
@@ -20,7 +21,7 @@ use crate::scenario::radar::Condition;
 /// What identifies a row, in CSV and Parquet alike.
 const KEYS: [&str; 6] = ["flight", "noise_table", "noise", "rate", "step", "time_us"];
 /// Numbers that every row has.
-const TRUTHS: [&str; 6] = [
+pub const TRUTHS: [&str; 6] = [
     "true_x_m",
     "true_y_m",
     "true_z_m",
@@ -81,7 +82,8 @@ pub fn csv_rows(sighting: &Sighting<'_>) -> impl Iterator<Item = Vec<String>> {
     })
 }
 
-type Numbers = ([f64; TRUTHS.len()], [Option<f64>; MEASURED.len()]);
+/// Numbers of a row, in the order of [`TRUTHS`] and [`MEASURED`].
+pub type Numbers = ([f64; TRUTHS.len()], [Option<f64>; MEASURED.len()]);
 
 /// Step, time, truth and reading of every sample.
 fn rows(
@@ -106,7 +108,8 @@ fn rows(
     })
 }
 
-fn numbers(p: [f64; 3], v: [f64; 3], reading: Option<&Reading>) -> Numbers {
+/// The numbers of a row: a sample's position (m) and velocity (m/s), and what was measured of it.
+pub fn numbers(p: [f64; 3], v: [f64; 3], reading: Option<&Reading>) -> Numbers {
     let truth = [p[0], p[1], p[2], v[0], v[1], v[2]];
     let Some(reading) = reading else {
         return (truth, [None; MEASURED.len()]);
@@ -137,17 +140,17 @@ fn numbers(p: [f64; 3], v: [f64; 3], reading: Option<&Reading>) -> Numbers {
     )
 }
 
-/// A Parquet file of the same columns under construction, in memory.
-pub struct ReadingsFile {
-    writer: SerializedFileWriter<Vec<u8>>,
+/// A Parquet file of the same columns under construction.
+pub struct ReadingsFile<W: Write + Send> {
+    writer: SerializedFileWriter<W>,
 }
 
-impl ReadingsFile {
+impl<W: Write + Send> ReadingsFile<W> {
     /// A file without rows.
     ///
     /// # Errors
-    /// None is expected: the schema is made of constants.
-    pub fn new() -> Result<Self, ParquetError> {
+    /// `file` takes no bytes.
+    pub fn new(file: W) -> Result<Self, ParquetError> {
         let mut schema = String::from("message reading {\n");
         for name in ["flight", "noise_table", "noise"] {
             schema += &format!("required binary {name} (STRING);\n");
@@ -161,14 +164,14 @@ impl ReadingsFile {
         }
         schema += "}";
         let schema = Arc::new(parse_message_type(&schema)?);
-        let writer = SerializedFileWriter::new(Vec::new(), schema, Arc::new(snappy()))?;
+        let writer = SerializedFileWriter::new(file, schema, Arc::new(snappy()))?;
         Ok(Self { writer })
     }
 
-    /// Adds the rows of one condition.
+    /// Adds a row group.
     ///
     /// # Errors
-    /// None is expected: the file is in memory.
+    /// The file takes no more.
     pub fn add(&mut self, sightings: &[Sighting<'_>]) -> Result<(), ParquetError> {
         let all: Vec<_> = sightings
             .iter()
@@ -177,33 +180,33 @@ impl ReadingsFile {
         let string = |text: String| ByteArray::from(text.into_bytes());
         let mut group = self.writer.next_row_group()?;
         let names = all.iter().map(|(of, _)| string(of.flight.name.clone()));
-        column::<ByteArrayType>(&mut group, names.collect())?;
+        column::<ByteArrayType, _>(&mut group, names.collect())?;
         let tables = all
             .iter()
             .map(|(of, _)| string(of.condition.table.to_string()));
-        column::<ByteArrayType>(&mut group, tables.collect())?;
+        column::<ByteArrayType, _>(&mut group, tables.collect())?;
         let levels = all
             .iter()
             .map(|(of, _)| string(of.condition.noise.to_string()));
-        column::<ByteArrayType>(&mut group, levels.collect())?;
+        column::<ByteArrayType, _>(&mut group, levels.collect())?;
         let rates = all.iter().map(|(of, _)| of.condition.rate.get());
-        column::<DoubleType>(&mut group, rates.collect())?;
-        column::<Int64Type>(
+        column::<DoubleType, _>(&mut group, rates.collect())?;
+        column::<Int64Type, _>(
             &mut group,
             all.iter().map(|(_, row)| row.0 as i64).collect(),
         )?;
-        column::<Int64Type>(
+        column::<Int64Type, _>(
             &mut group,
             all.iter().map(|(_, row)| row.1 as i64).collect(),
         )?;
         for index in 0..TRUTHS.len() {
-            column::<DoubleType>(
+            column::<DoubleType, _>(
                 &mut group,
                 all.iter().map(|(_, row)| row.2[index]).collect(),
             )?;
         }
         for index in 0..MEASURED.len() {
-            optional::<DoubleType>(
+            optional::<DoubleType, _>(
                 &mut group,
                 all.iter().map(|(_, row)| row.3[index]).collect(),
             )?;
@@ -212,11 +215,11 @@ impl ReadingsFile {
         Ok(())
     }
 
-    /// The bytes of the whole file.
+    /// Ends the file.
     ///
     /// # Errors
-    /// None is expected: the file is in memory.
-    pub fn finish(self) -> Result<Vec<u8>, ParquetError> {
+    /// It takes no more.
+    pub fn finish(self) -> Result<W, ParquetError> {
         self.writer.into_inner()
     }
 }

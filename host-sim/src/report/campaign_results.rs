@@ -1,4 +1,4 @@
-//! The results of a campaign as files: JSON, Parquet and CSV.
+//! The results of a campaign as files: JSON and CSV.
 
 use std::path::Path;
 
@@ -111,7 +111,7 @@ struct Bootstrap {
     resamples: usize,
 }
 
-/// Writes `results.json`, `steps.parquet` and the tables into `folder`; returns their names.
+/// Writes `results.json` and the tables into `folder`; returns their names.
 ///
 /// # Errors
 /// A file cannot be written; it is then absent or what it was before.
@@ -152,7 +152,6 @@ pub fn write(
     json.push(b'\n');
     let files = [
         ("results.json", json),
-        ("steps.parquet", outcome.parquet.clone()),
         ("cells.csv", cells_csv(&outcome.cells)),
         ("phases.csv", phases_csv(&outcome.cells)),
         (

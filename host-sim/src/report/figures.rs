@@ -146,15 +146,16 @@ pub(super) fn draw(material: &Material<'_>) -> Vec<Figure> {
         caption,
         gaps_figure::draw(flight, &rows),
     );
-    let caption =
-        "Median over flights at high noise, all samples measured, built with optimisation."
-            .to_owned();
-    add(
-        "runtime",
-        "runtime".to_owned(),
-        caption,
-        runtime_figure::draw(times),
-    );
+    if !times.is_empty() {
+        let caption =
+            "Median over flights at high noise, all samples measured, built with optimisation.";
+        add(
+            "runtime",
+            "runtime".to_owned(),
+            caption.to_owned(),
+            runtime_figure::draw(times),
+        );
+    }
     figures
 }
 

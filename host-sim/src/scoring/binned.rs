@@ -71,19 +71,41 @@ impl From<BinSums> for Row {
     }
 }
 
-/// `steps` in the bins of every quantity, each step once in each, in the order of [`By::ALL`].
-pub fn binned(steps: impl Iterator<Item = (Motion, StepScore)>) -> Vec<BinSums> {
-    let empty = |bin| BinSums {
-        bin,
-        sums: Sums::default(),
-    };
-    let mut sorted = By::ALL.map(|by| by.bins().into_iter().map(empty).collect::<Vec<_>>());
-    for (motion, score) in steps {
-        for (by, bins) in By::ALL.into_iter().zip(&mut sorted) {
-            bins[by.index(&motion)].sums.add(&score);
+/// Bins under construction, which take one step after another.
+#[derive(Clone, Debug)]
+pub struct Binned([Vec<BinSums>; By::ALL.len()]);
+
+impl Default for Binned {
+    fn default() -> Self {
+        let empty = |bin| BinSums {
+            bin,
+            sums: Sums::default(),
+        };
+        Self(By::ALL.map(|by| by.bins().into_iter().map(empty).collect()))
+    }
+}
+
+impl Binned {
+    /// Adds a step to one bin of every quantity.
+    pub fn add(&mut self, motion: &Motion, score: &StepScore) {
+        for (by, bins) in By::ALL.into_iter().zip(&mut self.0) {
+            bins[by.index(motion)].sums.add(score);
         }
     }
-    sorted.concat()
+
+    /// The bins of every quantity, in the order of [`By::ALL`].
+    pub fn bins(&self) -> Vec<BinSums> {
+        self.0.concat()
+    }
+}
+
+/// `steps` in the bins of every quantity, each step once in each, in the order of [`By::ALL`].
+pub fn binned(steps: impl Iterator<Item = (Motion, StepScore)>) -> Vec<BinSums> {
+    let mut binned = Binned::default();
+    for (motion, score) in steps {
+        binned.add(&motion, &score);
+    }
+    binned.bins()
 }
 
 /// The bins of `cells`, the sampling rates of each noise level and method together.

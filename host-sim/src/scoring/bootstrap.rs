@@ -35,6 +35,12 @@ impl FlightSum {
             count: total.count + 1,
         })
     }
+
+    /// Adds the values of another part.
+    pub fn join(&mut self, part: Self) {
+        self.sum += part.sum;
+        self.count += part.count;
+    }
 }
 
 /// Mean of all values of all flights; NaN without values.

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::filter::Fate;
 use crate::method::Method;
 use crate::scoring::binned::BinSums;
+use crate::scoring::median::median;
 
 /// A cell with its place in the table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -89,45 +90,104 @@ pub struct CellMetrics {
     pub outside: u64,
 }
 
+/// Sums and counts over steps, which take one after another: all of a cell but the medians.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CellTotals {
+    sums: Sums,
+    /// Sum of the Mahalanobis distances.
+    distance: f64,
+    diverged: u64,
+    rejected: u64,
+    restarted: u64,
+    not_tracked: u64,
+    outside: u64,
+}
+
+/// A cell under construction.
+#[derive(Clone, Debug, Default)]
+pub struct CellSums {
+    totals: CellTotals,
+    values: Values,
+}
+
+/// Values of steps whose medians are wanted.
+#[derive(Clone, Debug, Default)]
+pub struct Values {
+    error_m: Vec<f64>,
+    det_p_m6: Vec<f64>,
+}
+
 impl CellMetrics {
     /// Sums up `steps` in their order, so that equal steps give equal bits.
     pub fn new(steps: &[ScoredStep]) -> Self {
-        let means = Sums::of(steps.iter().map(|step| &step.score)).means();
-        let distances = steps.iter().map(|step| step.score.mahalanobis());
-        let counted =
-            |is: fn(&ScoredStep) -> bool| steps.iter().filter(|step| is(step)).count() as u64;
-        let median_of = |value: fn(&StepScore) -> f64| {
-            median(steps.iter().map(|step| value(&step.score)).collect())
+        let mut sums = CellSums::default();
+        for step in steps {
+            sums.add(step);
+        }
+        sums.metrics()
+    }
+}
+
+impl Values {
+    /// Adds a step.
+    pub fn add(&mut self, score: &StepScore) {
+        self.error_m.push(score.error_m);
+        self.det_p_m6.push(score.det_p_m6);
+    }
+}
+
+impl CellTotals {
+    /// Adds a step.
+    pub fn add(&mut self, step: &ScoredStep) {
+        self.sums.add(&step.score);
+        self.distance += step.score.mahalanobis();
+        self.diverged += u64::from(step.diverged);
+        self.rejected += u64::from(step.fate == Some(Fate::Rejected));
+        self.restarted += u64::from(step.fate == Some(Fate::Restarted));
+        self.not_tracked += u64::from(step.not_tracked);
+        self.outside += u64::from(step.outside);
+    }
+
+    /// What the steps come to; `values` are theirs, in parts.
+    pub fn metrics(&self, values: &[&Values]) -> CellMetrics {
+        let means = self.sums.means();
+        let of = |value: fn(&Values) -> &[f64]| {
+            let parts: Vec<_> = values.iter().map(|part| value(part)).collect();
+            median(&parts)
         };
-        Self {
+        CellMetrics {
             steps: means.steps,
             ed_mean_m: means.distance_m,
-            ed_median_m: median_of(|score| score.error_m),
-            d_mean: distances.sum::<f64>() / steps.len() as f64,
+            ed_median_m: of(|values| &values.error_m),
+            d_mean: self.distance / means.steps as f64,
             nees_mean: means.nees,
             coverage90: means.coverage90,
             nll: means.surprise,
-            det_p_median_m6: median_of(|score| score.det_p_m6),
-            diverged: counted(|step| step.diverged),
-            rejected: counted(|step| step.fate == Some(Fate::Rejected)),
-            restarted: counted(|step| step.fate == Some(Fate::Restarted)),
-            not_tracked: counted(|step| step.not_tracked),
-            outside: counted(|step| step.outside),
+            det_p_median_m6: of(|values| &values.det_p_m6),
+            diverged: self.diverged,
+            rejected: self.rejected,
+            restarted: self.restarted,
+            not_tracked: self.not_tracked,
+            outside: self.outside,
         }
     }
 }
 
-/// Median of `values`; the mean of the middle two if their number is even, NaN if there are none.
-fn median(mut values: Vec<f64>) -> f64 {
-    if values.is_empty() {
-        return f64::NAN;
+impl CellSums {
+    /// Adds a step.
+    pub fn add(&mut self, step: &ScoredStep) {
+        self.totals.add(step);
+        self.values.add(&step.score);
     }
-    values.sort_unstable_by(f64::total_cmp);
-    let middle = values.len() / 2;
-    if values.len() % 2 == 1 {
-        values[middle]
-    } else {
-        0.5 * (values[middle - 1] + values[middle])
+
+    /// What the steps so far come to.
+    pub fn metrics(&self) -> CellMetrics {
+        self.totals.metrics(&[&self.values])
+    }
+
+    /// The values of its steps.
+    pub fn values(&self) -> &Values {
+        &self.values
     }
 }
 
@@ -138,7 +198,7 @@ mod tests {
     use rand_core::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    use super::{CellMetrics, ScoredStep, median};
+    use super::{CellMetrics, ScoredStep};
     use crate::filter::Fate;
 
     fn step(error_m: f64, mahalanobis_squared: f64, det_p_m6: f64, diverged: bool) -> ScoredStep {
@@ -209,12 +269,6 @@ mod tests {
         assert!(cell.nll.is_nan() && cell.ed_mean_m.is_nan() && cell.ed_median_m.is_nan());
         let json = serde_json::to_value(cell).unwrap();
         assert!(json["nees_mean"].is_null());
-    }
-
-    #[test]
-    fn median_of_odd_and_even_counts() {
-        assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
-        assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), 2.5);
     }
 
     /// Standard normal by Box-Muller.

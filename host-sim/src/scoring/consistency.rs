@@ -10,7 +10,7 @@ use crate::scoring::chi_square;
 pub const NOMINAL: [f64; 11] = [0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95];
 
 /// Degrees of freedom of a position error.
-const DOF: f64 = 3.0;
+const DOF: usize = 3;
 
 /// Ends of the 95% region of the averaged statistic.
 const ENDS: (f64, f64) = (0.025, 0.975);
@@ -32,28 +32,48 @@ pub struct Bounds {
     pub below: f64,
 }
 
-/// Checks NEES: one inner slice per flight, with `D^2` of every scored step.
-pub fn nees_bounds(flights: &[Vec<f64>]) -> Bounds {
-    let longest = flights.iter().map(Vec::len).max().unwrap_or(0);
-    let at = |step: usize| {
-        let values = flights.iter().filter_map(move |flight| flight.get(step));
-        values.fold((0.0, 0.0), |(sum, dof), value| (sum + value, dof + DOF))
-    };
-    bounds((0..longest).map(at))
+/// A statistic under construction, which takes one flight after another.
+#[derive(Clone, Debug, Default)]
+pub struct Averages {
+    /// Sum over flights and its degrees of freedom at every step.
+    steps: Vec<(f64, f64)>,
+    /// The same over all steps, in the order in which they came.
+    all: (f64, f64),
 }
 
-/// Checks NIS: one inner slice per flight, with an entry per scored step.
-pub fn nis_bounds(flights: &[Vec<Option<Nis>>]) -> Bounds {
-    let longest = flights.iter().map(Vec::len).max().unwrap_or(0);
-    let at = |step: usize| {
-        let values = flights
-            .iter()
-            .filter_map(move |flight| flight.get(step).copied().flatten());
-        values.fold((0.0, 0.0), |(sum, dof), nis| {
-            (sum + nis.value, dof + nis.degrees as f64)
-        })
-    };
-    bounds((0..longest).map(at))
+impl Averages {
+    /// Adds a flight: an entry for every scored step.
+    pub fn add(&mut self, flight: impl Iterator<Item = Option<Nis>>) {
+        for (step, value) in flight.enumerate() {
+            if step == self.steps.len() {
+                self.steps.push((0.0, 0.0));
+            }
+            if let Some(Nis { value, degrees }) = value {
+                for sum in [&mut self.steps[step], &mut self.all] {
+                    sum.0 += value;
+                    sum.1 += degrees as f64;
+                }
+            }
+        }
+    }
+
+    /// The statistic against its bounds.
+    pub fn bounds(&self) -> Bounds {
+        bounds(self.steps.iter().copied())
+    }
+
+    /// Mean over its degrees of freedom (ideal 1); NaN without values.
+    pub fn ratio(&self) -> f64 {
+        self.all.0 / self.all.1
+    }
+}
+
+/// A squared Mahalanobis distance of a position as an entry of [`Averages`].
+pub fn nees(mahalanobis_squared: f64) -> Nis {
+    Nis {
+        value: mahalanobis_squared,
+        degrees: DOF,
+    }
 }
 
 /// `steps` yields the sum over flights and its degrees of freedom.
@@ -86,20 +106,50 @@ fn bounds(steps: impl Iterator<Item = (f64, f64)>) -> Bounds {
     }
 }
 
-/// Fraction of `squared` Mahalanobis distances inside the ellipsoid of each of [`NOMINAL`]; NaN
-/// without values.
-pub fn reliability(squared: &[f64]) -> [f64; NOMINAL.len()] {
-    NOMINAL.map(|probability| {
-        let limit = chi_square::quantile(probability, DOF);
-        squared.iter().filter(|d2| **d2 <= limit).count() as f64 / squared.len() as f64
-    })
+/// How many errors lie inside ellipsoids of every size; takes one squared Mahalanobis distance after another.
+#[derive(Clone, Debug)]
+pub struct Reliability {
+    limits: [f64; NOMINAL.len()],
+    inside: [u64; NOMINAL.len()],
+    count: u64,
+}
+
+impl Default for Reliability {
+    fn default() -> Self {
+        Self {
+            limits: NOMINAL.map(|probability| chi_square::quantile(probability, DOF as f64)),
+            inside: [0; NOMINAL.len()],
+            count: 0,
+        }
+    }
+}
+
+impl Reliability {
+    /// Adds an error.
+    pub fn add(&mut self, mahalanobis_squared: f64) {
+        self.count += 1;
+        for (inside, limit) in self.inside.iter_mut().zip(self.limits) {
+            *inside += u64::from(mahalanobis_squared <= limit);
+        }
+    }
+
+    /// Fraction inside the ellipsoid of each of [`NOMINAL`]; NaN without values.
+    pub fn fractions(&self) -> [f64; NOMINAL.len()] {
+        self.inside.map(|inside| inside as f64 / self.count as f64)
+    }
+
+    /// Fraction inside the ellipsoid of `probability`, one of [`NOMINAL`]; NaN of another.
+    pub fn fraction(&self, probability: f64) -> f64 {
+        let place = NOMINAL.iter().position(|nominal| *nominal == probability);
+        place.map_or(f64::NAN, |place| self.fractions()[place])
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use bnkf_model_export::random_source::RandomSource;
 
-    use super::{NOMINAL, nees_bounds, nis_bounds, reliability};
+    use super::{Averages, Bounds, NOMINAL, Reliability, nees};
     use crate::filter::Nis;
 
     fn squares(flights: usize, steps: usize, scale: f64) -> Vec<Vec<f64>> {
@@ -108,6 +158,22 @@ mod tests {
         (0..flights)
             .map(|_| (0..steps).map(|_| one()).collect())
             .collect()
+    }
+
+    fn nees_bounds(flights: &[Vec<f64>]) -> Bounds {
+        let mut averages = Averages::default();
+        for flight in flights {
+            averages.add(flight.iter().map(|value| Some(nees(*value))));
+        }
+        averages.bounds()
+    }
+
+    fn reliability(squared: &[f64]) -> Reliability {
+        let mut reliability = Reliability::default();
+        for value in squared {
+            reliability.add(*value);
+        }
+        reliability
     }
 
     #[test]
@@ -131,7 +197,12 @@ mod tests {
     fn gaps_have_no_innovation_and_do_not_count() {
         let value = |value| Some(Nis { value, degrees: 4 });
         let flights = [vec![value(4.0), None, value(99.0)], vec![value(5.0), None]];
-        let bounds = nis_bounds(&flights);
+        let mut averages = Averages::default();
+        for flight in flights {
+            averages.add(flight.into_iter());
+        }
+        assert_eq!(averages.ratio(), 108.0 / 12.0);
+        let bounds = averages.bounds();
         assert_eq!(bounds.steps, 2);
         assert_eq!((bounds.inside, bounds.above), (0.5, 0.5));
     }
@@ -139,7 +210,10 @@ mod tests {
     #[test]
     fn reliability_of_consistent_errors_is_the_diagonal() {
         let values: Vec<f64> = squares(1, 40_000, 1.0).concat();
-        for (observed, nominal) in reliability(&values).into_iter().zip(NOMINAL) {
+        let found = reliability(&values);
+        assert_eq!(found.fraction(0.5), found.fractions()[5]);
+        assert!(found.fraction(0.51).is_nan());
+        for (observed, nominal) in found.fractions().into_iter().zip(NOMINAL) {
             assert!(
                 (observed - nominal).abs() < 0.011,
                 "{observed} at {nominal}"
@@ -150,6 +224,7 @@ mod tests {
     #[test]
     fn no_values_have_no_fractions() {
         assert!(nees_bounds(&[]).inside.is_nan());
-        assert!(reliability(&[])[0].is_nan());
+        assert!(reliability(&[]).fractions()[0].is_nan());
+        assert!(Averages::default().ratio().is_nan());
     }
 }

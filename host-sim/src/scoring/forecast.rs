@@ -51,42 +51,52 @@ pub struct ForecastMetrics {
     pub diverged: u64,
 }
 
-impl ForecastMetrics {
-    /// Sums up `forecasts` in their order.
-    pub fn new<'a>(forecasts: impl Iterator<Item = &'a ScoredForecast>) -> Self {
-        let (mut sums, mut diverged) = (Sums::default(), 0);
-        for forecast in forecasts {
-            sums.add(&forecast.score);
-            diverged += u64::from(forecast.diverged);
-        }
-        let means = sums.means();
-        Self {
-            forecasts: means.steps,
-            ed_mean_m: means.distance_m,
-            nees_mean: means.nees,
-            coverage90: means.coverage90,
-            nll: means.surprise,
-            diverged,
-        }
+/// Forecasts of every horizon under construction, which take one after another.
+#[derive(Clone, Debug, Default)]
+pub struct ForecastSums([(Sums, u64); HORIZONS_US.len()]);
+
+impl ForecastSums {
+    /// Adds a forecast.
+    pub fn add(&mut self, forecast: &ScoredForecast) {
+        let (sums, diverged) = &mut self.0[forecast.horizon];
+        sums.add(&forecast.score);
+        *diverged += u64::from(forecast.diverged);
+    }
+
+    /// A cell for every horizon.
+    pub fn cells(&self, method: Method, condition: Condition) -> [ForecastCell; HORIZONS_US.len()] {
+        core::array::from_fn(|horizon| {
+            let (sums, diverged) = self.0[horizon];
+            let means = sums.means();
+            ForecastCell {
+                method,
+                condition,
+                horizon_s: 1e-6 * HORIZONS_US[horizon] as f64,
+                metrics: ForecastMetrics {
+                    forecasts: means.steps,
+                    ed_mean_m: means.distance_m,
+                    nees_mean: means.nees,
+                    coverage90: means.coverage90,
+                    nll: means.surprise,
+                    diverged,
+                },
+            }
+        })
     }
 }
 
 impl ForecastCell {
-    /// A cell for every horizon of `forecasts`.
+    /// A cell for every horizon of `forecasts`, summed up in their order.
     pub fn all(
         method: Method,
         condition: Condition,
         forecasts: &[&ScoredForecast],
     ) -> [Self; HORIZONS_US.len()] {
-        core::array::from_fn(|horizon| {
-            let own = forecasts.iter().filter(|own| own.horizon == horizon);
-            Self {
-                method,
-                condition,
-                horizon_s: 1e-6 * HORIZONS_US[horizon] as f64,
-                metrics: ForecastMetrics::new(own.copied()),
-            }
-        })
+        let mut sums = ForecastSums::default();
+        for forecast in forecasts {
+            sums.add(forecast);
+        }
+        sums.cells(method, condition)
     }
 }
 

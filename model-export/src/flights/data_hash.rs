@@ -13,8 +13,21 @@ pub fn of_bytes(bytes: &[u8]) -> String {
 /// Fingerprint of `flights` in their order: names, sources and the bits of every sample.
 #[must_use]
 pub fn of_flights(flights: &[Flight]) -> String {
-    let mut hash = Sha256::new();
+    let mut hash = FlightsHash::default();
     for flight in flights {
+        hash.add(flight);
+    }
+    hash.finish()
+}
+
+/// [`of_flights`], which takes one flight after another.
+#[derive(Clone, Debug, Default)]
+pub struct FlightsHash(Sha256);
+
+impl FlightsHash {
+    /// Adds a flight.
+    pub fn add(&mut self, flight: &Flight) {
+        let hash = &mut self.0;
         for text in [&flight.name, &flight.source] {
             // The length keeps ("ab", "c") apart from ("a", "bc").
             hash.update((text.len() as u64).to_le_bytes());
@@ -28,7 +41,12 @@ pub fn of_flights(flights: &[Flight]) -> String {
             }
         }
     }
-    hexadecimal(hash.finalize().as_slice())
+
+    /// The fingerprint.
+    #[must_use]
+    pub fn finish(self) -> String {
+        hexadecimal(self.0.finalize().as_slice())
+    }
 }
 
 fn hexadecimal(bytes: &[u8]) -> String {

@@ -45,12 +45,43 @@ pub fn read_flights(
     path: &Path,
     options: &ReadOptions,
 ) -> Result<Vec<FlightFile>, FlightFolderError> {
+    let mut flights = Vec::new();
+    for_each_flight(path, options, |flight| {
+        flights.push(flight);
+        Ok::<_, FlightFolderError>(())
+    })?;
+    Ok(flights)
+}
+
+/// [`read_flights`] that holds one of them at a time: each is `taken` in its turn.
+///
+/// # Errors
+/// See [`FlightFolderError`]; what `taken` says.
+pub fn for_each_flight<E: From<FlightFolderError>>(
+    path: &Path,
+    options: &ReadOptions,
+    mut taken: impl FnMut(FlightFile) -> Result<(), E>,
+) -> Result<(), E> {
+    let mut samples = 0;
+    for file in flight_files(path)? {
+        let read = read_flight(&file, options).map_err(FlightFolderError::from)?;
+        samples += read.flight.samples.len();
+        if samples > SAMPLES_MAX {
+            return Err(FlightFolderError::TooManySamples(path.to_owned()).into());
+        }
+        taken(read)?;
+    }
+    Ok(())
+}
+
+/// The files that hold the flights of `path`.
+fn flight_files(path: &Path) -> Result<Vec<PathBuf>, FlightFolderError> {
     let io = |cause| FlightFolderError::Io {
         path: path.to_owned(),
         cause,
     };
     if !std::fs::metadata(path).map_err(io)?.is_dir() {
-        return Ok(vec![read_flight(path, options)?]);
+        return Ok(vec![path.to_owned()]);
     }
     let (mut files, folders) = contents(path)?;
     if files.is_empty() {
@@ -62,17 +93,7 @@ pub fn read_flights(
         return Err(FlightFolderError::NoFlights(path.to_owned()));
     }
     files.sort();
-    let mut flights = Vec::with_capacity(files.len());
-    let mut samples = 0;
-    for file in &files {
-        let read = read_flight(file, options)?;
-        samples += read.flight.samples.len();
-        if samples > SAMPLES_MAX {
-            return Err(FlightFolderError::TooManySamples(path.to_owned()));
-        }
-        flights.push(read);
-    }
-    Ok(flights)
+    Ok(files)
 }
 
 /// Flight files and folders of a folder, hidden ones left out.

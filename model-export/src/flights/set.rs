@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use crate::flights::csv::options::ReadOptions;
-use crate::flights::data_hash;
+use crate::flights::data_hash::FlightsHash;
 use crate::flights::flight::Flight;
-use crate::flights::folder::{FlightFolderError, read_flights};
+use crate::flights::folder::{FlightFolderError, for_each_flight};
 use crate::flights::placement::place;
 use crate::flights::segment::{SegmentError, segments};
 use crate::flights::suspicion::suspicions;
@@ -71,16 +71,16 @@ impl FlightSet {
     /// # Errors
     /// See [`FlightSetError`].
     pub fn read(path: &Path, preparation: &Preparation) -> Result<Self, FlightSetError> {
-        let files = read_flights(path, &preparation.reading)?;
-        let mut remarks = Vec::new();
-        for file in &files {
+        let mut set = SetInParts::default();
+        let mut notes = Vec::new();
+        for_each_flight(path, &preparation.reading, |file| {
             for note in &file.notes {
-                remarks.push((note.clone(), file.flight.name.clone()));
+                notes.push((note.clone(), file.flight.name.clone()));
             }
-        }
-        let flights: Vec<Flight> = files.into_iter().map(|file| file.flight).collect();
-        let mut set = Self::prepare(&flights, preparation)?;
-        set.remarks.splice(0..0, grouped(&remarks));
+            Ok::<_, FlightSetError>(set.add(&file.flight, preparation)?)
+        })?;
+        let mut set = set.finish(preparation);
+        set.remarks.splice(0..0, grouped(&notes));
         if set.segments.is_empty() {
             return Err(FlightSetError::NothingPlaced {
                 path: path.to_owned(),
@@ -96,29 +96,50 @@ impl FlightSet {
     /// # Errors
     /// The segment length is negative or not finite.
     pub fn prepare(flights: &[Flight], preparation: &Preparation) -> Result<Self, SegmentError> {
-        let mut set = Self {
-            flights: flights.len(),
-            segments: Vec::new(),
-            unplaced: Vec::new(),
-            remarks: Vec::new(),
-            sha256: data_hash::of_flights(flights),
-        };
+        let mut set = SetInParts::default();
         for flight in flights {
-            for segment in segments(flight, preparation.segment_s)? {
-                let placed = match &preparation.volume {
-                    Some(volume) => place(&segment, volume, preparation.seed),
-                    None => Ok(segment),
-                };
-                match placed {
-                    Ok(segment) => set.segments.push(segment.seen_from(preparation.radar_m)),
-                    Err(error) => set.unplaced.push(error.to_string()),
-                }
+            set.add(flight, preparation)?;
+        }
+        Ok(set.finish(preparation))
+    }
+}
+
+/// A set under construction, which takes one flight after another: a whole one is there only beside its segments.
+#[derive(Default)]
+struct SetInParts {
+    flights: usize,
+    segments: Vec<Flight>,
+    unplaced: Vec<String>,
+    hash: FlightsHash,
+}
+
+impl SetInParts {
+    fn add(&mut self, flight: &Flight, preparation: &Preparation) -> Result<(), SegmentError> {
+        self.flights += 1;
+        self.hash.add(flight);
+        for segment in segments(flight, preparation.segment_s)? {
+            let placed = match &preparation.volume {
+                Some(volume) => place(&segment, volume, preparation.seed),
+                None => Ok(segment),
+            };
+            match placed {
+                Ok(segment) => self.segments.push(segment.seen_from(preparation.radar_m)),
+                Err(error) => self.unplaced.push(error.to_string()),
             }
         }
-        let warnings = suspicions(&set.segments, &preparation.expected);
+        Ok(())
+    }
+
+    fn finish(self, preparation: &Preparation) -> FlightSet {
+        let warnings = suspicions(&self.segments, &preparation.expected);
         let warnings = warnings.iter().map(|warning| format!("warning: {warning}"));
-        set.remarks.extend(warnings);
-        Ok(set)
+        FlightSet {
+            flights: self.flights,
+            remarks: warnings.collect(),
+            segments: self.segments,
+            unplaced: self.unplaced,
+            sha256: self.hash.finish(),
+        }
     }
 }
 

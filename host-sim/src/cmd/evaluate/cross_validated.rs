@@ -5,15 +5,18 @@ use std::sync::Mutex;
 
 use bnkf::blob::Kind;
 use bnkf_model_export::atomic_file;
-use bnkf_model_export::command_line::command_line;
+use bnkf_model_export::command_line::command_line_without;
 use bnkf_model_export::flights::data_hash;
+use bnkf_model_export::pending_file::PendingFile;
 use bnkf_model_export::radar::sensors::Sensors;
 use clap::ValueEnum;
 use indicatif::ProgressBar;
 
 use super::data::Data;
 use super::{Args, EvaluateError, methods_or};
-use crate::campaign::work_folder::WorkFolder;
+use crate::campaign::shard::Shard;
+use crate::campaign::steps_parquet::Detail;
+use crate::campaign::work_folder::{Role, WorkFolder};
 use crate::campaign::{Campaign, Progress};
 use crate::cmd::progress;
 use crate::contest::fold::Folds;
@@ -25,6 +28,9 @@ use crate::output_folder;
 use crate::report::campaign_results::{self, CampaignProvenance};
 use crate::report::results_json::ModelProvenance;
 use crate::report::{self, Material, by_motion, forecasts, table};
+
+/// Every step.
+const STEPS: &str = "steps.parquet";
 
 /// Folds, unless --folds says otherwise.
 const FOLDS: usize = 5;
@@ -41,8 +47,11 @@ pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
     {
         return Err(EvaluateError::NeedsOrigin(*method));
     }
+    let (role, folders) = (args.division.role(), args.division.folders(&args.out)?);
     // Before the work, not after it.
-    output_folder::prepare(&args.out)?;
+    if !matches!(role, Role::Shard(_)) {
+        output_folder::prepare(&args.out)?;
+    }
     let data = Data::of(&args.subject, &scenario)?;
     for remark in &data.remarks {
         eprintln!("{remark}");
@@ -79,6 +88,11 @@ pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
             EPOCHS
         }),
         seed: args.subject.seed,
+        detail: if args.steps {
+            Detail::Estimates
+        } else {
+            Detail::Scores
+        },
         scenario,
     };
     let provenance = CampaignProvenance {
@@ -89,9 +103,25 @@ pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
         eprintln!("{}", quick_note(&campaign));
     }
     let plan = serde_json::to_string_pretty(&provenance).expect("every value has a representation");
-    let work = WorkFolder::open(&args.out.join("work"), &plan)?;
+    let work = WorkFolder::open_all(&folders, &plan, role)?;
     let bar: Mutex<Option<ProgressBar>> = Mutex::new(None);
-    let outcome = campaign.run(&work, &|told| show(&bar, told))?;
+    let watcher = |told| show(&bar, told);
+    match role {
+        Role::Alone => campaign.make(&work, Shard::WHOLE, &watcher)?,
+        Role::Merge => campaign.check(&work)?,
+        Role::Shard(shard) => {
+            campaign.make(&work, shard, &watcher)?;
+            let said = format!(
+                "shard {shard}: its pieces are in {}\n",
+                work.path().display()
+            );
+            return Ok(std::io::stdout().write_all(said.as_bytes())?);
+        }
+    }
+    let path = args.out.join(STEPS);
+    let mut steps = PendingFile::new(&path)?;
+    let outcome = campaign.sum_up(&work, &mut steps, &watcher)?;
+    steps.finish()?;
     let mut said = String::new();
     for noise_table in &campaign.scenario.radar.tables {
         let cells = outcome.plain_cells(*noise_table);
@@ -105,14 +135,21 @@ pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
     if campaign.tuned_on.len() > 1 && !outcome.candidates.is_empty() {
         said += "Tuned filters: the best in each cell of three fits, to generated flights, to the other recordings and to both.\n\n";
     }
+    said += &format!("{}\n", path.display());
     for name in campaign_results::write(&args.out, &outcome, &provenance)? {
         said += &format!("{}\n", args.out.join(name).display());
     }
-    let times = campaign.times(&work)?;
+    let times = if args.no_times {
+        Vec::new()
+    } else {
+        campaign.times(&work)?
+    };
     // Apart from the results, which are the same bytes on every run: times are not.
-    let json = serde_json::to_vec_pretty(&times).expect("every value has a representation");
-    atomic_file::write(&args.out.join("runtime.json"), &json)?;
-    atomic_file::write(&args.out.join("runtime.csv"), &runtime::csv(&times))?;
+    if !times.is_empty() {
+        let json = serde_json::to_vec_pretty(&times).expect("every value has a representation");
+        atomic_file::write(&args.out.join("runtime.json"), &json)?;
+        atomic_file::write(&args.out.join("runtime.csv"), &runtime::csv(&times))?;
+    }
     let examples = campaign.examples(&work, &outcome.candidates, &report::SHOWN)?;
     let material = Material {
         campaign: &campaign,
@@ -126,8 +163,11 @@ pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
         atomic_file::write(&path, file.text.as_bytes())?;
         said += &format!("{}\n", path.display());
     }
-    // Only now: whoever kills this run before its results are written finds the pieces again.
-    work.remove()?;
+    // Only now: whoever kills this run before its results are written finds the pieces again. What shards have made
+    // is theirs, and a merge that is killed at its very end can be made again.
+    if role == Role::Alone {
+        work.remove()?;
+    }
     // And last what a closed pipe may refuse.
     std::io::stdout().write_all(said.as_bytes())?;
     Ok(())
@@ -165,7 +205,12 @@ fn provenance(
     recordings.sort_unstable();
     recordings.dedup();
     CampaignProvenance {
-        command: command_line("host-sim"),
+        // What was done, not who did which part of it: the same in every shard, a merge and a single run.
+        command: command_line_without(
+            "host-sim",
+            &["--merge", "--no-times"],
+            &["--shard", "--work"],
+        ),
         version: env!("CARGO_PKG_VERSION"),
         tree: env!("BNKF_TREE"),
         seed: args.subject.seed,
