@@ -30,7 +30,7 @@ type Header = [u8; field::HEADER_LEN];
 /// A checked model blob; see `BLOB.md` for the format.
 ///
 /// ```
-/// use bnkf::blob::{Blob, BlobError, BlobField, FeatureLayout, Floats, Kind};
+/// use bnkf::blob::{Activation, Blob, BlobError, BlobField, FeatureLayout, Floats, Kind};
 /// use bnkf::blob::{LayerView, NetworkView, ParameterLimits};
 /// # static BLOB: &[u8] = include_bytes!("../models/recursive.bnkf");
 ///
@@ -49,6 +49,7 @@ type Header = [u8; field::HEADER_LEN];
 ///     assert!((*least..=*most).contains(&value), "{name}");
 /// }
 /// let network: NetworkView<'_> = blob.networks().next().expect("a blob has one at least");
+/// assert_eq!(network.activation(), Activation::Gelu);
 /// let layer: LayerView<'_> = network.layer(0);
 /// assert_eq!(layer.inputs, layout.len());
 /// println!("the first weight is {} with variance {}", layer.mean(0, 0), layer.variance(0, 0));
