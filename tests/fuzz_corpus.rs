@@ -10,10 +10,12 @@ mod flight_csv;
 mod frame_reader;
 #[path = "fuzz/entry/scenario_toml.rs"]
 mod scenario_toml;
+#[path = "fuzz/entry/torch_weights.rs"]
+mod torch_weights;
 
 /// Most files of a corpus and most bytes of each: what is checked in stays small.
 const FILES_MAX: usize = 64;
-const BYTES_MAX: usize = 8192;
+const BYTES_MAX: usize = 9216;
 
 fn replay(target: &str, run: fn(&[u8])) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -54,4 +56,9 @@ fn blob_steps_corpus() {
 #[test]
 fn frame_reader_corpus() {
     replay("frame_reader", frame_reader::run);
+}
+
+#[test]
+fn torch_weights_corpus() {
+    replay("torch_weights", torch_weights::run);
 }

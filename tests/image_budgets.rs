@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use bnkf::blob::{Blob, FeatureLayout, Kind};
+use bnkf::blob::{Activation, Blob, FeatureLayout, Kind};
 use bnkf::protocol::RefusalCode;
 use bnkf::{Inference, Part, Settings};
 use bnkf_host_sim::image::build::build_image;
@@ -48,6 +48,7 @@ fn paper_sized_blob() -> Vec<u8> {
     write_blob(&BlobContents {
         kind: Kind::Memoryless,
         features: FeatureLayout::Polar12,
+        activation: Activation::Gelu,
         passes: 100,
         parameters: vec![2.0, 4.0],
         inputs: vec![unit; 12],

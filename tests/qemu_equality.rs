@@ -19,6 +19,7 @@ use bnkf_host_sim::image::qemu::QemuError;
 use bnkf_host_sim::image::session::{ImageSession, SessionError};
 use bnkf_host_sim::image::toolchain::{Toolchain, ToolchainChoice};
 use bnkf_model_export::flights::generator::{GeneratorSettings, generate};
+use bnkf_model_export::import::{layers, model, recipe, weight_file};
 use bnkf_model_export::radar::gaps::SamplingRate;
 use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 use bnkf_model_export::radar::sampling::RadarSettings;
@@ -135,6 +136,31 @@ fn every_estimate_with_moments_is_identical() {
         let comparison = compare(&mut boot(&image(bytes)), blob, settings, &flight()).unwrap();
         assert_identical(&comparison);
         assert_eq!(comparison.refused, 0);
+    }
+}
+
+/// What PyTorch trained and `model-export import` read, with ReLU; and with tanh, whose moments are other code.
+#[test]
+fn every_estimate_of_imported_networks_is_identical() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/torch_networks");
+    for name in ["relu", "tanh"] {
+        let read = |end: &str| std::fs::read(folder.join(format!("{name}.{end}"))).unwrap();
+        let recipe = recipe::parse(&String::from_utf8(read("toml")).unwrap()).unwrap();
+        let file = weight_file::parse(&read("pt")).unwrap();
+        let networks = layers::networks(&file, recipe.convention, None, 13).unwrap();
+        let bytes = model::blob(&recipe, &networks).unwrap();
+        let image = image(&bytes);
+        let blob = Blob::parse(&bytes).unwrap();
+        let passes = Inference::of_passes(16).unwrap();
+        for inference in [Inference::Mean, passes, passes.frozen(), Inference::Moments] {
+            let settings = Settings {
+                inference,
+                ..Settings::of(&blob)
+            };
+            let comparison = compare(&mut boot(&image), blob, settings, &flight()).unwrap();
+            assert_identical(&comparison);
+            assert_eq!(comparison.refused, 0, "{name}");
+        }
     }
 }
 

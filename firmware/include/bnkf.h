@@ -99,6 +99,8 @@ enum BnkfStatus
   BNKF_STATUS_BLOB_BIAS_VARIANCE = 38,
   // Bytes of the blob that must be zero.
   BNKF_STATUS_BLOB_PADDING = 39,
+  // What follows the hidden layers of the blob.
+  BNKF_STATUS_BLOB_ACTIVATION = 40,
   // The correction does not fit the model.
   BNKF_STATUS_SETTINGS_CORRECTION = 64,
   // The number of passes does not fit the kind of inference.

@@ -4,6 +4,7 @@
 //! Nothing here panics: an accessor with an index out of its range says NaN, or a layer without
 //! weights.
 
+mod activation;
 mod error;
 pub mod field;
 mod floats;
@@ -11,6 +12,7 @@ mod kind;
 mod network_view;
 mod reader;
 
+pub use activation::Activation;
 pub use error::{BlobError, BlobField};
 pub use floats::Floats;
 pub use kind::{FeatureLayout, Kind, ParameterLimits};
@@ -19,7 +21,7 @@ pub use network_view::{LayerView, NetworkView};
 use crc::{CRC_32_ISO_HDLC, Crc};
 
 use floats::{u16_at, u32_at};
-use reader::{LayerEntry, Reader};
+use reader::Reader;
 
 const CRC32: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
@@ -28,7 +30,7 @@ type Header = [u8; field::HEADER_LEN];
 /// A checked model blob; see `BLOB.md` for the format.
 ///
 /// ```
-/// use bnkf::blob::{Blob, BlobError, BlobField, FeatureLayout, Floats, Kind};
+/// use bnkf::blob::{Activation, Blob, BlobError, BlobField, FeatureLayout, Floats, Kind};
 /// use bnkf::blob::{LayerView, NetworkView, ParameterLimits};
 /// # static BLOB: &[u8] = include_bytes!("../models/recursive.bnkf");
 ///
@@ -47,6 +49,7 @@ type Header = [u8; field::HEADER_LEN];
 ///     assert!((*least..=*most).contains(&value), "{name}");
 /// }
 /// let network: NetworkView<'_> = blob.networks().next().expect("a blob has one at least");
+/// assert_eq!(network.activation(), Activation::Gelu);
 /// let layer: LayerView<'_> = network.layer(0);
 /// assert_eq!(layer.inputs, layout.len());
 /// println!("the first weight is {} with variance {}", layer.mean(0, 0), layer.variance(0, 0));
@@ -121,14 +124,22 @@ impl<'a> Blob<'a> {
         let output_normalisation =
             reader.normalisation(networks * outputs, BlobField::OutputNormalisation)?;
 
-        let mut tables: [&[LayerEntry]; field::NETWORKS_MAX] = [&[]; field::NETWORKS_MAX];
-        for table in tables.iter_mut().take(networks) {
-            *table = reader.layer_table()?;
-        }
+        let version = u16_at::<{ field::VERSION.start }, _>(header);
         let mut views = [None; field::NETWORKS_MAX];
-        for (table, view) in tables.into_iter().zip(&mut views).take(networks) {
-            reader.network(table, inputs, outputs)?;
-            *view = Some(NetworkView { bytes, table });
+        for view in views.iter_mut().take(networks) {
+            let (activation, table) = reader.layer_table(version)?;
+            // The trainer and the twin in f64 know no other.
+            if kind == Kind::Recursive && activation != Activation::Gelu {
+                return Err(Invalid(BlobField::Activation));
+            }
+            *view = Some(NetworkView {
+                bytes,
+                table,
+                activation,
+            });
+        }
+        for view in views.iter().flatten() {
+            reader.network(view.table, inputs, outputs)?;
         }
         if reader.at != bytes.len() {
             return Err(BlobError::WrongLength {
@@ -145,6 +156,11 @@ impl<'a> Blob<'a> {
             output_normalisation,
             networks: views,
         })
+    }
+
+    /// Version of the format that it is written in.
+    pub fn version(&self) -> u16 {
+        u16_at::<{ field::VERSION.start }, _>(self.header)
     }
 
     /// What the networks estimate.
@@ -216,7 +232,7 @@ fn check_frame(bytes: &[u8]) -> Result<&Header, BlobError> {
         return Err(BlobError::NotABlob);
     }
     let version = u16_at::<{ field::VERSION.start }, _>(header);
-    if version != field::FORMAT_VERSION {
+    if !(field::VERSION_GELU..=field::VERSION_ACTIVATION).contains(&version) {
         return Err(BlobError::UnknownVersion(version));
     }
     let length = u32_at::<{ field::LENGTH.start }, _>(header) as usize;

@@ -222,10 +222,13 @@ pub fn sqrt(x: f32) -> f32 {
     libm::sqrtf(x)
 }
 
-/// GELU of four numbers, as [`crate::kernel::activation::gelu`] interpolates it in `table`.
+/// GELU of four numbers, as [`crate::kernel::activation::gelu::gelu`] interpolates it in `table`.
 #[cfg(arm_vfp)]
 #[inline]
-pub fn gelus(x: [f32; 4], table: &[[f32; 2]; crate::kernel::activation::ENTRIES]) -> [f32; 4] {
+pub fn gelus(
+    x: [f32; 4],
+    table: &[[f32; 2]; crate::kernel::activation::gelu::ENTRIES],
+) -> [f32; 4] {
     vfp::gelus(x, table)
 }
 

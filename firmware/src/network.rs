@@ -1,14 +1,14 @@
 //! Layers over a blob plus a caller-owned scratch: one forward pass, or four Monte Carlo passes.
 
-mod gelu_moments;
 pub mod layer;
 pub mod moments;
 pub mod monte_carlo;
+mod unit_moments;
 
-use crate::blob::NetworkView;
 use crate::blob::field::{LAYERS_MAX, WIDTH_MAX};
+use crate::blob::{Activation, NetworkView};
 use crate::gaussian::standard_normals;
-use crate::kernel::activation::{gelu, gelu_in_place, gelus};
+use crate::kernel::activation::gelu::gelus;
 use crate::kernel::{Adjoint, Packed, Second, Vector, sqrt, square_roots};
 use crate::part::Part;
 
@@ -82,7 +82,7 @@ impl Default for Scratch {
     }
 }
 
-/// A network of Bayesian dense layers with GELU between them.
+/// A network of Bayesian dense layers with its activation between them.
 #[derive(Clone, Copy, Debug)]
 pub struct Network<'a> {
     view: NetworkView<'a>,
@@ -134,7 +134,9 @@ impl<'a> Network<'a> {
             vector.pack(&activations[..layer.inputs.min(WIDTH_MAX)]);
             if index < last {
                 layer::means(&layer, vector, activations);
-                gelu_in_place(&mut activations[..layer.outputs.min(WIDTH_MAX)]);
+                self.view
+                    .activation()
+                    .in_place(&mut activations[..layer.outputs.min(WIDTH_MAX)]);
             } else {
                 layer::means(&layer, vector, outputs);
             }
@@ -185,6 +187,7 @@ impl<'a> Network<'a> {
         let last = self.first_layer(activations, first, rng);
         for (index, spread) in (1..=last).zip(spread) {
             let layer = self.view.layer(index);
+            let gelu_at_once = self.gelu_follows(index, last);
             packed.pack(&activations[..layer.inputs.min(WIDTH_MAX)]);
             let slots = activations.iter_mut().zip(spread);
             layer::moments(&layer, packed, slots, |(slot, sum), mean, variance| {
@@ -193,8 +196,9 @@ impl<'a> Network<'a> {
                 let sigma = square_roots(variance);
                 let normals: [f32; LANES] = standard_normals(rng);
                 let drawn = core::array::from_fn(|lane| mean[lane] + sigma[lane] * normals[lane]);
-                *slot = if index < last { gelus(drawn) } else { drawn };
+                *slot = if gelu_at_once { gelus(drawn) } else { drawn };
             });
+            self.activate_others(index, last, layer.outputs, activations);
         }
         activations
     }
@@ -230,15 +234,39 @@ impl<'a> Network<'a> {
         let last = self.first_layer(activations, first, rng);
         for (index, sigmas) in (1..=last).zip(spread) {
             let layer = self.view.layer(index);
+            let gelu_at_once = self.gelu_follows(index, last);
             packed.pack_values(&activations[..layer.inputs.min(WIDTH_MAX)]);
             let slots = activations.iter_mut().zip(sigmas);
             layer::pass_means(&layer, packed, slots, |(slot, sigma), mean| {
                 let normals: [f32; LANES] = standard_normals(rng);
                 let drawn = core::array::from_fn(|lane| mean[lane] + *sigma * normals[lane]);
-                *slot = if index < last { gelus(drawn) } else { drawn };
+                *slot = if gelu_at_once { gelus(drawn) } else { drawn };
             });
+            self.activate_others(index, last, layer.outputs, activations);
         }
         activations
+    }
+
+    /// Whether layer `index` of those to `last` ends in GELU, which costs least while the numbers are still in
+    /// registers.
+    #[inline]
+    fn gelu_follows(&self, index: usize, last: usize) -> bool {
+        index < last && self.view.activation() == Activation::Gelu
+    }
+
+    /// What layer `index` of those to `last` ends in, unless it was done by [`Network::gelu_follows`].
+    #[inline]
+    fn activate_others(
+        &self,
+        index: usize,
+        last: usize,
+        outputs: usize,
+        activations: &mut [[f32; LANES]; WIDTH_MAX],
+    ) {
+        let activation = self.view.activation();
+        if index < last && activation != Activation::Gelu {
+            activation.in_place(activations[..outputs.min(WIDTH_MAX)].as_flattened_mut());
+        }
     }
 
     /// Draws what follows the first layer; the index of the last.
@@ -251,10 +279,12 @@ impl<'a> Network<'a> {
     ) -> usize {
         let last = self.view.layers().saturating_sub(1);
         let outputs = self.view.layer(0).outputs;
+        let gelu_at_once = self.gelu_follows(0, last);
         for (slot, &(mean, sigma)) in activations.iter_mut().zip(first).take(outputs) {
             let drawn = standard_normals(rng).map(|normal| mean + sigma * normal);
-            *slot = if last > 0 { gelus(drawn) } else { drawn };
+            *slot = if gelu_at_once { gelus(drawn) } else { drawn };
         }
+        self.activate_others(0, last, outputs, activations);
         last
     }
 
@@ -269,7 +299,10 @@ impl<'a> Network<'a> {
             let layer = self.view.layer(index);
             let mut next = [0.0_f32; WIDTH_MAX];
             layer::sample_weights(&layer, &current, rng, &mut next);
-            current = if index < last { next.map(gelu) } else { next };
+            if index < last {
+                self.view.activation().in_place(&mut next);
+            }
+            current = next;
         }
         for (output, x) in outputs.iter_mut().zip(current) {
             *output = x;
@@ -295,9 +328,19 @@ mod tests {
         core::array::from_fn(|_| standard_normal(&mut rng))
     }
 
-    /// Layers of f64 sums with GELU between them; `pre_activation` makes of the mean and the
-    /// variance of each what goes on.
+    fn naive_activation(activation: Activation, x: f64) -> f64 {
+        match activation {
+            Activation::Gelu => x * 0.5 * libm::erfc(-x / core::f64::consts::SQRT_2),
+            Activation::Relu => x.max(0.0),
+            Activation::Tanh => libm::tanh(x),
+            Activation::Identity => x,
+        }
+    }
+
+    /// Layers of f64 sums with the draft's activation between them; `pre_activation` makes of the mean
+    /// and the variance of each what goes on.
     fn naive(
+        activation: Activation,
         layers: &[DraftLayer],
         inputs: &[f32],
         mut pre_activation: impl FnMut(f64, f64) -> f64,
@@ -315,7 +358,7 @@ mod tests {
                 if index + 1 == layers.len() {
                     x
                 } else {
-                    x * 0.5 * libm::erfc(-x / core::f64::consts::SQRT_2)
+                    naive_activation(activation, x)
                 }
             });
             current = next.collect();
@@ -332,15 +375,26 @@ mod tests {
         }
     }
 
-    /// One layer, and three; the first output is far below zero, so that GELU would show.
-    fn drafts() -> [Draft; 2] {
-        let widths: [&[usize]; 2] = [&[12, 3], &[12, 9, 7, 3]];
-        widths.map(|widths| {
+    /// One layer, and three with each activation; the first output is far below zero, so that an
+    /// activation would show.
+    fn drafts() -> Vec<Draft> {
+        let three: &[usize] = &[12, 9, 7, 3];
+        let cases = [
+            (&[12, 3][..], Activation::Gelu),
+            (&[12, 3], Activation::Relu),
+            (three, Activation::Gelu),
+            (three, Activation::Relu),
+            (three, Activation::Tanh),
+            (three, Activation::Identity),
+        ];
+        let draft = |(widths, activation)| {
             let mut draft = Draft::memoryless(widths, 42);
+            draft.activation = activation;
             let last = draft.networks[0].last_mut().expect("layers");
             last.bias_mean[0] = -4.0;
             draft
-        })
+        };
+        cases.map(draft).into()
     }
 
     #[test]
@@ -357,7 +411,9 @@ mod tests {
                 network.mean_pass_in(&mut scratch, &input(), &mut again);
                 assert_eq!(again, got);
             }
-            let expected = naive(&draft.networks[0], &input(), |mean, _| mean);
+            let expected = naive(draft.activation, &draft.networks[0], &input(), |mean, _| {
+                mean
+            });
             assert!(expected[0] < -1.0, "{expected:?}");
             assert_close(&got, &expected, 2e-3);
         }
@@ -380,10 +436,15 @@ mod tests {
                     (0..count).map(|_| standard_normals(&mut same)).collect();
                 for lane in 0..LANES {
                     let mut left = normals.iter();
-                    let expected = naive(&draft.networks[0], &input(), |mean, variance| {
-                        let normal = left.next().expect("one for each")[lane];
-                        mean + variance.sqrt() * f64::from(normal)
-                    });
+                    let expected = naive(
+                        draft.activation,
+                        &draft.networks[0],
+                        &input(),
+                        |mean, variance| {
+                            let normal = left.next().expect("one for each")[lane];
+                            mean + variance.sqrt() * f64::from(normal)
+                        },
+                    );
                     let got: Vec<f32> = got[..3].iter().map(|lanes| lanes[lane]).collect();
                     assert!(expected[0] < -1.0, "{expected:?}");
                     assert_close(&got, &expected, QUANTISED);
@@ -415,7 +476,7 @@ mod tests {
                 }
                 layer.drawn = Some(sampled);
             }
-            let expected = naive(&drawn, &input(), |mean, _| mean);
+            let expected = naive(draft.activation, &drawn, &input(), |mean, _| mean);
             assert_close(&got, &expected, 1e-4);
         }
     }

@@ -3,8 +3,10 @@
 pub mod blob_file;
 pub mod flight_source;
 pub mod flights;
+pub mod import;
 pub mod inspect;
 pub mod moments;
+mod rounding;
 pub mod stress;
 pub mod train;
 pub mod train_memoryless;

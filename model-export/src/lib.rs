@@ -8,6 +8,7 @@ pub mod brief_number;
 pub mod cmd;
 pub mod command_line;
 pub mod flights;
+pub mod import;
 pub mod interrupt;
 pub mod kernel;
 pub mod memoryless;

@@ -1,6 +1,6 @@
 //! `model-export`: training and export of Bayesian networks.
 
-use bnkf_model_export::cmd::{flights, inspect, moments, stress, train, tune, verify};
+use bnkf_model_export::cmd::{flights, import, inspect, moments, stress, train, tune, verify};
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
@@ -19,6 +19,7 @@ struct Cli {
 enum Command {
     Train(train::Args),
     Tune(tune::Args),
+    Import(import::Args),
     Inspect(inspect::Args),
     Verify(verify::Args),
     Moments(moments::Args),
@@ -30,6 +31,7 @@ fn main() -> ExitCode {
     match Cli::parse().command {
         Command::Train(args) => trained(train::run(&args)),
         Command::Tune(args) => trained(tune::run(&args)),
+        Command::Import(args) => exit_code(import::run(&args)),
         Command::Inspect(args) => exit_code(inspect::run(&args)),
         Command::Verify(args) => exit_code(verify::run(&args)),
         Command::Moments(args) => exit_code(moments::run(&args)),

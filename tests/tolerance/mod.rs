@@ -25,6 +25,22 @@ pub const MONTE_CARLO_STANDARD_ERRORS: f64 = 4.5;
 /// variance; too small to be seen beside the Monte Carlo error of 1e5 passes (4.5e-3).
 pub const QUANTISED_COVARIANCE: f64 = 5e-3;
 
+/// Mean-weight outputs of an imported network's blob, of size 1, against the naive network on the blob's own
+/// weights: as [`MEAN_WEIGHT_OUTPUT`], and 1e-4 of the table of tanh in each of two layers.
+pub const IMPORTED_KERNEL: f64 = 5e-4;
+/// The same outputs against float64 PyTorch on the unrounded weights, relative to the largest output or 1.
+/// Rounding to int8 moves a weight by a 440th of its row's largest (root mean square), some 0.7 % of an ordinary
+/// weight, in each of three layers. Measured 0.017.
+pub const IMPORTED_WEIGHTS: f64 = 0.03;
+/// What the same rounding adds to a Monte Carlo mean, in predictive standard deviations, which are some 15 % of
+/// these networks' outputs. Measured 0.13.
+pub const IMPORTED_MEAN_SIGMAS: f64 = 0.2;
+/// What it adds to a covariance element, relative to the geometric mean of the variances: standard deviations in
+/// steps of 4.4 % that average out, and slopes that move with the means.
+pub const IMPORTED_COVARIANCE: f64 = 0.03;
+/// How much more moments may be off than passes: the noise of activations as if they were independent.
+pub const IMPORTED_MOMENTS: f64 = 3.0;
+
 /// Shift of a Monte Carlo mean by the quantised kernel beyond Monte Carlo error, in predictive
 /// standard deviations: the kernel's 1e-4 of the output over a predictive sigma of 3 % of it.
 pub const QUANTISED_MEAN_SIGMAS: f64 = 3e-3;

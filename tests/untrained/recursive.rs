@@ -1,6 +1,6 @@
 //! A recursive blob that needs no training.
 
-use bnkf::blob::{FeatureLayout, Kind};
+use bnkf::blob::{Activation, FeatureLayout, Kind};
 use bnkf::recursive::features::FEATURES;
 use bnkf::recursive::parameters::Parameters;
 use bnkf::recursive::schedule::OUTPUTS;
@@ -18,6 +18,7 @@ pub fn recursive_blob(hidden: usize) -> Vec<u8> {
     let contents = BlobContents {
         kind: Kind::Recursive,
         features: FeatureLayout::Recursive64,
+        activation: Activation::Gelu,
         passes: 1,
         parameters: Parameters::PAPER.list().to_vec(),
         inputs: vec![

@@ -1,6 +1,6 @@
 //! Blobs for the tests of this crate, written field by field so that every field can be made wrong.
 
-use super::{checksum, field};
+use super::{Activation, checksum, field};
 use crate::gaussian::standard_normal;
 use crate::rng::{Generator, seeded};
 use rand_core::Rng;
@@ -78,6 +78,7 @@ impl DraftLayer {
 pub struct Draft {
     pub kind: u8,
     pub features: u8,
+    pub activation: Activation,
     pub passes: u16,
     pub parameters: Vec<f32>,
     /// Mean and inverse scale of each input.
@@ -95,6 +96,7 @@ impl Draft {
         Self {
             kind: 1,
             features: 1,
+            activation: Activation::Gelu,
             passes: 100,
             parameters: std::vec![1.5, 2.5],
             inputs: (0..widths[0]).map(|i| [i as f32 - 6.0, 0.5]).collect(),
@@ -119,6 +121,7 @@ impl Draft {
         Self {
             kind: 2,
             features: 3,
+            activation: Activation::Gelu,
             passes: 1,
             parameters: crate::recursive::parameters::Parameters::PAPER
                 .list()
@@ -133,7 +136,11 @@ impl Draft {
     pub fn bytes(&self) -> Vec<u8> {
         let mut bytes = std::vec![0; field::HEADER_LEN];
         bytes[field::MAGIC].copy_from_slice(&field::MAGIC_BYTES);
-        bytes[field::VERSION].copy_from_slice(&field::FORMAT_VERSION.to_le_bytes());
+        let version = match self.activation {
+            Activation::Gelu => field::VERSION_GELU,
+            _ => field::VERSION_ACTIVATION,
+        };
+        bytes[field::VERSION].copy_from_slice(&version.to_le_bytes());
         bytes[field::KIND] = self.kind;
         bytes[field::UNITS] = field::UNITS_SI;
         bytes[field::FEATURES] = self.features;
@@ -154,7 +161,8 @@ impl Draft {
         let data_start = bytes.len() + tables;
         let mut data = Vec::new();
         for layers in &self.networks {
-            bytes.extend((layers.len() as u32).to_le_bytes());
+            bytes.extend((layers.len() as u16).to_le_bytes());
+            bytes.extend([self.activation.id(), 0]);
             for layer in layers {
                 bytes.extend((layer.inputs as u16).to_le_bytes());
                 bytes.extend((layer.outputs as u16).to_le_bytes());

@@ -27,6 +27,8 @@ pub enum BlobField {
     OutputNormalisation,
     /// Number of layers.
     Layers,
+    /// What follows the hidden layers.
+    Activation,
     /// Size of a layer.
     LayerSize,
     /// Offset of a layer's data.
@@ -88,6 +90,7 @@ impl core::fmt::Display for BlobField {
             Self::InputNormalisation => "input normalisation",
             Self::OutputNormalisation => "output normalisation",
             Self::Layers => "layer count",
+            Self::Activation => "activation",
             Self::LayerSize => "layer size",
             Self::LayerOffset => "layer offset",
             Self::VarianceMax => "largest weight variance",

@@ -1,4 +1,4 @@
-//! Byte offsets of blob version 2; the only place where they are written down.
+//! Byte offsets of blob versions 2 and 3; the only place where they are written down.
 //!
 //! All numbers are little-endian. `BLOB.md` beside the crate says what each field means.
 
@@ -6,8 +6,10 @@ use core::ops::Range;
 
 /// First four bytes of every blob.
 pub const MAGIC_BYTES: [u8; 4] = *b"BNKF";
-/// The only format version this code reads and writes.
-pub const FORMAT_VERSION: u16 = 2;
+/// Format version whose hidden layers all end in GELU: what is written wherever that is so.
+pub const VERSION_GELU: u16 = 2;
+/// Format version whose networks name what their hidden layers end in. This code reads no others.
+pub const VERSION_ACTIVATION: u16 = 3;
 /// Units code: metres, seconds, radians, metres per second.
 pub const UNITS_SI: u8 = 1;
 
@@ -63,7 +65,7 @@ pub const LAYER_OFFSET: Range<usize> = 4..8;
 pub const LAYER_VARIANCE_MAX: Range<usize> = 8..12;
 /// Length of a layer table entry.
 pub const LAYER_ENTRY_LEN: usize = 12;
-/// Bytes before a network's layer entries: number of layers u16, two zero bytes.
+/// Bytes before a network's layer entries: number of layers u16, activation u8, a zero byte.
 pub const NETWORK_ENTRY_LEN: usize = 4;
 
 /// Bytes from one weight row to the next: the inputs rounded up to four, padded with zeros.

@@ -1,5 +1,6 @@
 //! Views of a checked blob's networks and layers.
 
+use super::activation::Activation;
 use super::field;
 use super::floats::{Floats, u16_at, u32_at};
 use super::reader::LayerEntry;
@@ -93,9 +94,15 @@ impl<'a> LayerView<'a> {
 pub struct NetworkView<'a> {
     pub(super) bytes: &'a [u8],
     pub(super) table: &'a [LayerEntry],
+    pub(super) activation: Activation,
 }
 
 impl<'a> NetworkView<'a> {
+    /// What every layer but the last ends in.
+    pub fn activation(&self) -> Activation {
+        self.activation
+    }
+
     /// Number of layers.
     pub fn layers(&self) -> usize {
         self.table.len()

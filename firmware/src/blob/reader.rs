@@ -1,5 +1,6 @@
 //! Reads the sections of a blob in their order and checks every field of theirs.
 
+use super::activation::Activation;
 use super::error::{BlobError, BlobField};
 use super::field;
 use super::floats::{Floats, u16_at, u32_at};
@@ -44,18 +45,27 @@ impl<'a> Reader<'a> {
         Ok(values)
     }
 
-    pub fn layer_table(&mut self) -> Result<&'a [LayerEntry], BlobError> {
+    /// What the next network's hidden layers end in, and its layers.
+    pub fn layer_table(
+        &mut self,
+        version: u16,
+    ) -> Result<(Activation, &'a [LayerEntry]), BlobError> {
         let entry = self.take(field::NETWORK_ENTRY_LEN)?;
         let entry = entry.first_chunk::<{ field::NETWORK_ENTRY_LEN }>();
-        let &[low, high, padding @ ..] = entry.ok_or(BlobError::Invalid(BlobField::Layers))?;
+        let &[low, high, activation, padding] =
+            entry.ok_or(BlobError::Invalid(BlobField::Layers))?;
         let layers = usize::from(u16::from_le_bytes([low, high]));
         if !(1..=field::LAYERS_MAX).contains(&layers) {
             return Err(BlobError::Invalid(BlobField::Layers));
         }
-        if padding != [0; field::NETWORK_ENTRY_LEN - 2] {
+        // Where no version says otherwise the byte is padding too.
+        if padding != 0 || (version == field::VERSION_GELU && activation != 0) {
             return Err(BlobError::Invalid(BlobField::Padding));
         }
-        Ok(self.take(layers * field::LAYER_ENTRY_LEN)?.as_chunks().0)
+        let activation =
+            Activation::of_id(activation).ok_or(BlobError::Invalid(BlobField::Activation))?;
+        let table = self.take(layers * field::LAYER_ENTRY_LEN)?.as_chunks().0;
+        Ok((activation, table))
     }
 
     pub fn network(

@@ -1,5 +1,5 @@
 use super::draft::{Draft, sealed};
-use super::{Blob, BlobError, BlobField, FeatureLayout, Kind, checksum, field};
+use super::{Activation, Blob, BlobError, BlobField, FeatureLayout, Kind, checksum, field};
 use std::vec::Vec;
 
 fn refusal(draft: &Draft) -> BlobError {
@@ -81,6 +81,52 @@ fn what_was_written_is_what_is_read() {
             }
         }
     }
+}
+
+/// Version 2 is GELU and nothing else; version 3 names it.
+#[test]
+fn what_follows_hidden_layers_is_read_and_checked() {
+    let draft = Draft::memoryless(&[12, 6, 3], 1);
+    let at = table_at(&draft) + 2;
+    let read = |version: u16, id: u8, padding: u8| {
+        let mut bytes = draft.bytes();
+        bytes[field::VERSION].copy_from_slice(&version.to_le_bytes());
+        bytes[at..at + 2].copy_from_slice(&[id, padding]);
+        let bytes = sealed(bytes);
+        let blob = Blob::parse(&bytes)?;
+        assert_eq!(blob.version(), version);
+        Ok(blob.networks().next().expect("one").activation())
+    };
+    let all = [
+        Activation::Gelu,
+        Activation::Relu,
+        Activation::Tanh,
+        Activation::Identity,
+    ];
+    for (id, activation) in (0..).zip(all) {
+        assert_eq!(activation.id(), id);
+        assert_eq!(read(3, id, 0), Ok(activation));
+        let padding = Err(BlobError::Invalid(BlobField::Padding));
+        assert_eq!(read(3, id, 1), padding);
+        let of_two = if id == 0 { Ok(activation) } else { padding };
+        assert_eq!(read(2, id, 0), of_two);
+    }
+    for id in [4, 255] {
+        assert_eq!(
+            read(3, id, 0),
+            Err(BlobError::Invalid(BlobField::Activation))
+        );
+    }
+    for version in [0, 1, 4, 0x0300] {
+        assert_eq!(read(version, 0, 0), Err(BlobError::UnknownVersion(version)));
+    }
+}
+
+#[test]
+fn a_recursive_network_ends_in_gelu() {
+    let mut draft = Draft::recursive(3);
+    draft.activation = Activation::Relu;
+    assert_eq!(refusal(&draft), BlobError::Invalid(BlobField::Activation));
 }
 
 #[test]

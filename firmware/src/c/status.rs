@@ -74,6 +74,8 @@ pub enum BnkfStatus {
     BlobBiasVariance = 38,
     /// Bytes of the blob that must be zero.
     BlobPadding = 39,
+    /// What follows the hidden layers of the blob.
+    BlobActivation = 40,
 
     /// The correction does not fit the model.
     SettingsCorrection = 64,
@@ -202,6 +204,7 @@ impl From<BlobError> for BnkfStatus {
                 BlobField::InputNormalisation => Self::BlobInputNormalisation,
                 BlobField::OutputNormalisation => Self::BlobOutputNormalisation,
                 BlobField::Layers => Self::BlobLayers,
+                BlobField::Activation => Self::BlobActivation,
                 BlobField::LayerSize => Self::BlobLayerSize,
                 BlobField::LayerOffset => Self::BlobLayerOffset,
                 BlobField::VarianceMax => Self::BlobVarianceMax,

@@ -4,7 +4,7 @@
 use core::arch::naked_asm;
 
 use super::packed::{ROUNDER, SQUARE_STEP};
-use crate::kernel::activation::{ENTRIES, LIMIT, STEPS_PER_UNIT};
+use crate::kernel::activation::gelu::{ENTRIES, LIMIT, STEPS_PER_UNIT};
 
 /// Quantises whole groups of four inputs, `[input][lane]`, as [`Packed::pack`](super::Packed::pack)
 /// does.
@@ -327,7 +327,7 @@ unsafe extern "C" fn square_roots_of(x: Four) -> Four {
     )
 }
 
-/// GELU from its table, as [`gelu`](crate::kernel::activation::gelu) interpolates it.
+/// GELU from its table, as [`gelu`](crate::kernel::activation::gelu::gelu) interpolates it.
 #[inline]
 pub fn gelus(x: [f32; 4], table: &[[f32; 2]; ENTRIES]) -> [f32; 4] {
     // SAFETY: below a magnitude of 5 the index is at most 640, and the table has 641 entries.

@@ -2,15 +2,15 @@
 //!
 //! Forward go the mean and the variance of every activation, as if activations were independent:
 //! enough for what they do to each other's noise. What an output makes of a pre-activation's noise
-//! comes back from the outputs as one row of the Jacobian, at the mean slope of every GELU, so
+//! comes back from the outputs as one row of the Jacobian, at the mean slope of every activation, so
 //! that the outputs' covariance holds what the diagonal forgets:
 //! `sum over layers of J diag(noise) J'`, where the noise of a hidden unit is that of its weights
 //! times the slope, plus what its curve makes of its whole variance.
 
-use super::gelu_moments::GeluMoments;
+use super::unit_moments::UnitMoments;
 use super::{Network, Noise, Scratch, layer};
 use crate::blob::field::{WIDTH_MAX, row_stride};
-use crate::blob::{LayerView, NetworkView};
+use crate::blob::{Activation, LayerView, NetworkView};
 use crate::kernel::{Second, VECTORS};
 
 /// What the square of an int8 code of a mean is on average, where the largest of a row is 127.
@@ -87,20 +87,40 @@ fn forward(
         layer::means(&layer, vector, mean);
         let units = mean.iter_mut().zip(variance.iter_mut()).zip(kept);
         let sums = noise.iter().zip(passed.iter());
-        let sums = sums.zip(layer.channel_scale.iter());
-        for (((mean, variance), kept), ((noise, passed), scale)) in units.zip(sums) {
-            let whole = noise + passed;
-            let gelu = GeluMoments::of(*mean, whole);
-            let square = gelu.slope * gelu.slope;
-            *mean = gelu.mean;
-            *variance = square * whole + gelu.beside;
-            *kept = both(gelu.slope * scale, square * noise + gelu.beside);
+        let pairs = units.zip(sums.zip(layer.channel_scale.iter()));
+        match view.activation() {
+            Activation::Gelu => activate(pairs, UnitMoments::of_gelu),
+            Activation::Relu => activate(pairs, UnitMoments::of_relu),
+            Activation::Tanh => activate(pairs, UnitMoments::of_tanh),
+            Activation::Identity => activate(pairs, UnitMoments::of_identity),
         }
     }
     let layer = view.layer(last);
     noises(&layer, first, mean, variance, passed, second, last_noise);
     vector.pack(&mean[..layer.inputs.min(WIDTH_MAX)]);
     layer::means(&layer, vector, outputs);
+}
+
+/// Makes of the mean of every pre-activation and of its variance, of the layer's own noise and of what came
+/// through it, those of the activation, and what goes back keeps.
+#[inline]
+fn activate<'a>(
+    units: impl Iterator<
+        Item = (
+            ((&'a mut f32, &'a mut f32), &'a mut f32),
+            ((&'a f32, &'a f32), f32),
+        ),
+    >,
+    moments: impl Fn(f32, f32) -> UnitMoments,
+) {
+    for (((mean, variance), kept), ((noise, passed), scale)) in units {
+        let whole = noise + passed;
+        let unit = moments(*mean, whole);
+        let square = unit.slope * unit.slope;
+        *mean = unit.mean;
+        *variance = square * whole + unit.beside;
+        *kept = both(unit.slope * scale, square * noise + unit.beside);
+    }
 }
 
 /// Variances of pre-activations from `first` on that are due to this layer's weights and biases, as many as
@@ -230,6 +250,13 @@ mod tests {
     use crate::rng::seeded;
     use crate::spread::Spread;
 
+    const ACTIVATIONS: [Activation; 4] = [
+        Activation::Gelu,
+        Activation::Relu,
+        Activation::Tanh,
+        Activation::Identity,
+    ];
+
     fn input(seed: u64) -> [f32; 12] {
         let mut rng = seeded(seed);
         core::array::from_fn(|_| standard_normal(&mut rng))
@@ -257,8 +284,10 @@ mod tests {
     }
 
     /// Distance between covariances as a share, and of means in deviations, from many passes.
-    fn errors(widths: &[usize], seed: u64) -> (f32, f32) {
-        let bytes = Draft::memoryless(widths, seed).bytes();
+    fn errors(widths: &[usize], activation: Activation, seed: u64) -> (f32, f32) {
+        let mut draft = Draft::memoryless(widths, seed);
+        draft.activation = activation;
+        let bytes = draft.bytes();
         let network = Network::new(Blob::parse(&bytes).unwrap().networks().next().unwrap());
         let (x, mut scratch, mut rng) = (input(seed + 1), Scratch::new(), seeded(seed));
         let sampled = (0..10).map(|_| {
@@ -304,11 +333,13 @@ mod tests {
             &[12, 8, 8, 8, 8, 8, 8, 8, 3],
         ];
         for (index, widths) in shapes.into_iter().enumerate() {
-            let (covariance, mean) = errors(widths, 70 + index as u64);
-            assert!(
-                covariance < 0.1 && mean < 0.05,
-                "{widths:?}: {covariance} {mean}"
-            );
+            for activation in ACTIVATIONS {
+                let (covariance, mean) = errors(widths, activation, 70 + index as u64);
+                assert!(
+                    covariance < 0.1 && mean < 0.05,
+                    "{activation}, {widths:?}: {covariance} {mean}"
+                );
+            }
         }
     }
 
@@ -331,13 +362,18 @@ mod tests {
 
     #[test]
     fn what_is_not_finite_does_not_come_out_as_a_number() {
-        let bytes = Draft::memoryless(&[12, 9, 7, 3], 83).bytes();
-        let network = Network::new(Blob::parse(&bytes).unwrap().networks().next().unwrap());
-        for bad in [f32::NAN, f32::INFINITY, 1e30] {
-            let (mut x, mut mean) = (input(84), [0.0; 3]);
-            x[5] = bad;
-            let _: [[f32; 3]; 3] = outputs(&network, &x, &mut mean, 0, &mut Scratch::new());
-            assert!(mean.iter().all(|mean| !mean.is_finite()), "{bad}");
+        for activation in ACTIVATIONS {
+            let mut draft = Draft::memoryless(&[12, 9, 7, 3], 83);
+            draft.activation = activation;
+            let bytes = draft.bytes();
+            let network = Network::new(Blob::parse(&bytes).unwrap().networks().next().unwrap());
+            for bad in [f32::NAN, f32::INFINITY, 1e30] {
+                let (mut x, mut mean) = (input(84), [0.0; 3]);
+                x[5] = bad;
+                let _: [[f32; 3]; 3] = outputs(&network, &x, &mut mean, 0, &mut Scratch::new());
+                let finite = mean.iter().any(|mean| mean.is_finite());
+                assert!(!finite, "{activation} {bad}");
+            }
         }
     }
 

@@ -42,6 +42,12 @@ fn header(bytes: &[u8], blob: &Blob<'_>) -> String {
         FeatureLayout::Polar13 => "polar-13",
         FeatureLayout::Recursive64 => "recursive-64",
     };
+    let activations = blob
+        .networks()
+        .map(|network| network.activation().to_string());
+    let mut activations: Vec<String> = activations.collect();
+    activations.dedup();
+    let activation = activations.join(", ");
     let parameters: Vec<String> = blob
         .parameters()
         .iter()
@@ -53,10 +59,11 @@ fn header(bytes: &[u8], blob: &Blob<'_>) -> String {
          SHA-256     {}\n\
          kind        {kind}\n\
          features    {features} ({} inputs)\n\
+         activation  {activation}\n\
          units       m, s, rad, m/s\n\
          passes      {}\n\
          parameters  {} (velocity sigma m/s, acceleration sigma m/s^2{})\n",
-        field::FORMAT_VERSION,
+        blob.version(),
         bytes.len(),
         blob.checksum(),
         data_hash::of_bytes(bytes),
@@ -192,6 +199,7 @@ mod tests {
             &format!("{} bytes", bytes.len()),
             "memoryless, one network for each axis (BNKFe)",
             "polar-13 (13 inputs)",
+            "activation  GELU\n",
             "ln sigma azimuth, rad",
             "\ny, m ",
             "\nnetwork 2\n",

@@ -1,6 +1,6 @@
 //! Writes blobs: the only place that puts bytes where `bnkf::blob` reads them.
 
-use bnkf::blob::{Blob, BlobError, FeatureLayout, Kind, checksum, field};
+use bnkf::blob::{Activation, Blob, BlobError, FeatureLayout, Kind, checksum, field};
 
 use crate::blob::quantise::QuantisedLayer;
 
@@ -21,6 +21,8 @@ pub struct BlobContents {
     pub kind: Kind,
     /// What their inputs are.
     pub features: FeatureLayout,
+    /// What every layer but the last ends in.
+    pub activation: Activation,
     /// Monte Carlo passes by default.
     pub passes: u16,
     /// Parameters of the kind, in the order of `firmware/BLOB.md`.
@@ -42,7 +44,12 @@ pub fn write_blob(contents: &BlobContents) -> Result<Vec<u8>, BlobError> {
     let outputs = contents.outputs.len() / contents.networks.len().max(1);
     let mut bytes = vec![0; field::HEADER_LEN];
     bytes[field::MAGIC].copy_from_slice(&field::MAGIC_BYTES);
-    bytes[field::VERSION].copy_from_slice(&field::FORMAT_VERSION.to_le_bytes());
+    // What a reader of version 2 can read stays version 2.
+    let version = match contents.activation {
+        Activation::Gelu => field::VERSION_GELU,
+        _ => field::VERSION_ACTIVATION,
+    };
+    bytes[field::VERSION].copy_from_slice(&version.to_le_bytes());
     bytes[field::KIND] = contents.kind.id();
     bytes[field::UNITS] = field::UNITS_SI;
     bytes[field::FEATURES] = contents.features.id();
@@ -61,7 +68,7 @@ pub fn write_blob(contents: &BlobContents) -> Result<Vec<u8>, BlobError> {
     for output in &contents.outputs {
         floats(&mut bytes, &[output.mean, output.scale]);
     }
-    layer_tables(&mut bytes, &contents.networks);
+    layer_tables(&mut bytes, contents.activation, &contents.networks);
     for layer in contents.networks.iter().flatten() {
         bytes.extend(layer.mean_codes.iter().map(|code| code.to_le_bytes()[0]));
         bytes.extend(&layer.variance_codes);
@@ -77,7 +84,7 @@ pub fn write_blob(contents: &BlobContents) -> Result<Vec<u8>, BlobError> {
     Ok(bytes)
 }
 
-fn layer_tables(bytes: &mut Vec<u8>, networks: &[Vec<QuantisedLayer>]) {
+fn layer_tables(bytes: &mut Vec<u8>, activation: Activation, networks: &[Vec<QuantisedLayer>]) {
     let tables: usize = networks
         .iter()
         .map(|layers| field::NETWORK_ENTRY_LEN + layers.len() * field::LAYER_ENTRY_LEN)
@@ -86,7 +93,7 @@ fn layer_tables(bytes: &mut Vec<u8>, networks: &[Vec<QuantisedLayer>]) {
     let short = |value: usize| u16::try_from(value).unwrap_or(u16::MAX).to_le_bytes();
     for layers in networks {
         bytes.extend(short(layers.len()));
-        bytes.extend([0, 0]);
+        bytes.extend([activation.id(), 0]);
         for layer in layers {
             let mut entry = [0; field::LAYER_ENTRY_LEN];
             entry[field::LAYER_INPUTS].copy_from_slice(&short(layer.inputs));
@@ -123,6 +130,7 @@ mod tests {
         BlobContents {
             kind: Kind::Memoryless,
             features: FeatureLayout::Polar13,
+            activation: Activation::Gelu,
             passes: 100,
             parameters: vec![1.5, 2.5],
             inputs: vec![
@@ -164,6 +172,24 @@ mod tests {
                     assert_eq!(read.bias_mean.iter().collect::<Vec<_>>(), layer.bias_mean);
                 }
             }
+        }
+    }
+
+    #[test]
+    fn an_activation_makes_it_version_three() {
+        let gelu = contents(1, 3);
+        let bytes = write_blob(&gelu).expect("valid");
+        assert_eq!(Blob::parse(&bytes).expect("valid").version(), 2);
+        for activation in [Activation::Relu, Activation::Tanh, Activation::Identity] {
+            let contents = BlobContents {
+                activation,
+                ..gelu.clone()
+            };
+            let bytes = write_blob(&contents).expect("valid");
+            let blob = Blob::parse(&bytes).expect("valid");
+            assert_eq!(blob.version(), 3);
+            let network = blob.networks().next().expect("one");
+            assert_eq!(network.activation(), activation);
         }
     }
 

@@ -126,7 +126,11 @@ pub fn flight_count(text: &str) -> Result<usize, String> {
     }
 }
 
-fn builtin(flights: usize, seed: u64) -> Result<NamedFlights, FlightSourceError> {
+/// So many built-in flights.
+///
+/// # Errors
+/// The generator refuses the number.
+pub fn builtin(flights: usize, seed: u64) -> Result<NamedFlights, FlightSourceError> {
     let settings = GeneratorSettings {
         flights,
         seed,

@@ -10,7 +10,7 @@ use crate::moments::inputs::levels;
 use crate::posterior::architecture::ArchitectureError;
 use crate::recursive::scenario::Scenario;
 use crate::regular_file::{self, ReadFileError};
-use bnkf::blob::Blob;
+use bnkf::blob::{Activation, Blob, NetworkView};
 use serde::{Deserialize, Serialize};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -58,6 +58,9 @@ pub enum MomentsError {
     /// The blob holds no network.
     #[error(transparent)]
     Architecture(#[from] ArchitectureError),
+    /// The passes that the moments are compared with know GELU only.
+    #[error("{}: its hidden layers do not end in GELU, and the fast passes know nothing else", .0.display())]
+    Activation(PathBuf),
     /// The file cannot be written.
     #[error(transparent)]
     Write(#[from] AtomicWriteError),
@@ -116,6 +119,10 @@ pub fn run(args: &Args) -> Result<(), MomentsError> {
         path: args.model.clone(),
         cause,
     })?;
+    let is_gelu = |network: NetworkView<'_>| network.activation() == Activation::Gelu;
+    if !blob.networks().all(is_gelu) {
+        return Err(MomentsError::Activation(args.model.clone()));
+    }
     if let Some(path) = &args.json {
         atomic_file::check(std::slice::from_ref(path))?;
     }

@@ -2,22 +2,15 @@
 
 use super::blob_file::{self, BlobFileError};
 use super::flight_source::{FlightSource, FlightSourceError};
+use super::rounding::{BUILTIN_FLIGHTS, BUILTIN_SEED, Rounding, Way, layer_table};
 use super::verify_recursive::{self, RecursiveArgs, VerifyRecursiveError};
-use crate::blob::quantise::{LayerError, layer_errors, quantise};
 use crate::blob::unrounded::{self, UnroundedError};
-use crate::memoryless::example::ExampleSettings;
-use crate::memoryless::verification::{
-    Comparison, SHIFT_MAX, SIGMA_ERROR_MAX, Summary, compare, measured_rows,
-};
-use crate::radar::noise::{NoiseLevel, NoiseTable};
+use crate::memoryless::verification::{SHIFT_MAX, SIGMA_ERROR_MAX};
+use crate::radar::noise::NoiseTable;
 use crate::regular_file::{self, ReadFileError};
 use bnkf::blob::{Blob, Kind};
 use std::io::Write as _;
 use std::path::PathBuf;
-
-/// Flights when none are named; no shipped model was trained on their seed.
-const BUILTIN_FLIGHTS: usize = 20;
-const BUILTIN_SEED: u64 = 424_242;
 
 /// Compares a blob, run by the firmware's code, with the unrounded weights beside it.
 ///
@@ -121,82 +114,19 @@ pub fn run(args: &Args) -> Result<(), VerifyError> {
         .source
         .load_or_builtin(BUILTIN_FLIGHTS, BUILTIN_SEED, args.seed)?;
 
-    let errors: Vec<LayerError> = networks
-        .iter()
-        .flat_map(|weights| layer_errors(weights, &quantise(weights)))
-        .collect();
-    let mut text = layer_table(&errors);
-    let mut all = Vec::new();
-    text += &format!(
-        "\n{:<8}{:>8}{:>12}{:>12}{:>14}{:>18}\n",
-        "noise", "values", "shift mean", "shift p95", "sigma ratio", "ratio p5 .. p95"
-    );
-    let settings = ExampleSettings {
-        layout: blob.features(),
-        table: args.noise_table,
-        // Only the loss depends on it.
-        range_spread_m: 1.0,
+    let way = Way {
+        noise_table: args.noise_table,
+        rows: args.rows,
+        passes: args.passes,
+        moments: args.moments,
+        seed: args.seed,
     };
-    for level in NoiseLevel::ALL {
-        let count = usize::from(args.rows);
-        let rows = measured_rows(&blob, &flights.flights, level, &settings, count, args.seed);
-        let pairs = blob.networks().zip(&networks);
-        let found: Vec<Comparison> = pairs
-            .flat_map(|(view, weights)| compare(view, weights, &rows, args.passes, args.moments))
-            .collect();
-        text += &summary_line(&level.to_string(), &found);
-        all.extend(found);
-    }
-    text += &summary_line("all", &all);
-    text += &format!(
-        "\nshift: |estimate of the blob - estimate of the unrounded weights| at the mean weights, in predictive\n\
-         sigmas; accepted up to {SHIFT_MAX} on average, and a mean sigma ratio within {SIGMA_ERROR_MAX} of 1 ({}, {} passes{})\n",
-        flights.source,
-        args.passes,
-        if args.moments {
-            ", the blob's sigma from moments"
-        } else {
-            ""
-        }
-    );
+    let rounding = Rounding::of(&blob, &networks, &flights, &way);
+    let text = layer_table(&networks) + &rounding.table;
     std::io::stdout().write_all(text.as_bytes())?;
-    if Summary::of(&all).is_some_and(|summary| summary.accepted()) {
+    if rounding.is_accepted {
         Ok(())
     } else {
         Err(VerifyError::Rejected(args.model.clone()))
-    }
-}
-
-fn layer_table(errors: &[LayerError]) -> String {
-    let mut text = format!(
-        "{:>9}{:>16}{:>16}{:>17}{:>16}{:>10}\n",
-        "layer", "mean rms/rms", "mean max/step", "mean rms/sigma", "ln sigma max", "vanished"
-    );
-    for error in errors {
-        let shape = format!("{}x{}", error.outputs, error.inputs);
-        text += &format!(
-            "{shape:>9}{:>16.5}{:>16.3}{:>17.4}{:>16.4}{:>10}\n",
-            error.mean_rms_relative,
-            error.mean_max_steps,
-            error.mean_rms_sigmas,
-            error.ln_sigma_max,
-            error.vanished
-        );
-    }
-    text
-}
-
-fn summary_line(name: &str, comparisons: &[Comparison]) -> String {
-    match Summary::of(comparisons) {
-        None => format!("{name:<8}{:>8}\n", 0),
-        Some(s) => format!(
-            "{name:<8}{:>8}{:>12.4}{:>12.4}{:>14.4}{:>9.3} .. {:.3}\n",
-            s.count,
-            s.shift_mean,
-            s.shift_p95,
-            s.sigma_ratio_mean,
-            s.sigma_ratio_p5,
-            s.sigma_ratio_p95
-        ),
     }
 }

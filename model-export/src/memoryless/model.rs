@@ -4,7 +4,7 @@ use crate::blob::quantise::quantise;
 use crate::blob::writer::{BlobContents, Normalisation, write_blob};
 use crate::memoryless::normalisation::Normalisations;
 use crate::posterior::gaussian_weights::GaussianWeights;
-use bnkf::blob::{BlobError, FeatureLayout, Kind};
+use bnkf::blob::{Activation, BlobError, FeatureLayout, Kind};
 
 /// Monte Carlo passes by default, the paper's.
 pub const PASSES: u16 = 100;
@@ -34,6 +34,7 @@ impl MemorylessModel {
         write_blob(&BlobContents {
             kind: Kind::Memoryless,
             features: self.layout,
+            activation: Activation::Gelu,
             passes: PASSES,
             parameters: vec![
                 self.speed_sigma_mps as f32,

@@ -14,12 +14,14 @@ use crate::memoryless::rows::Rows;
 use crate::posterior::gaussian_weights::GaussianWeights;
 use crate::posterior::network_f64::NetworkF64;
 use crate::radar::noise::NoiseLevel;
+use crate::random_source::RandomSource;
 use crate::seed;
 use bnkf::Spread;
-use bnkf::blob::{Blob, NetworkView};
+use bnkf::blob::{Activation, Blob, NetworkView};
 use bnkf::network::monte_carlo::{self, Sampling};
 use bnkf::network::{Network, Scratch, moments};
 use bnkf::rng::seeded;
+use rayon::prelude::*;
 use serde::Serialize;
 
 /// Largest accepted mean shift of the estimate, in predictive standard deviations.
@@ -97,9 +99,16 @@ pub fn compare(
     without_passes: bool,
 ) -> Vec<Comparison> {
     let outputs = weights.architecture.outputs();
-    let naive = NetworkF64::from(weights);
+    let naive = NetworkF64 {
+        activation: view.activation(),
+        ..NetworkF64::from(weights)
+    };
     let network = Network::new(view);
-    let sigmas = unrounded_sigmas(weights, rows, passes);
+    let sigmas = match view.activation() {
+        Activation::Gelu => unrounded_sigmas(weights, rows, passes),
+        // The fast kernels are the trainer's, which has no other.
+        _ => naive_sigmas(&naive, rows, passes),
+    };
     let mut comparisons = Vec::with_capacity(rows.len() * outputs);
     let mut scratch = Scratch::new();
     let mut rng = seeded(1);
@@ -199,6 +208,29 @@ fn diagonal<const N: usize>(covariance: [[f32; N]; N]) -> [f32; 3] {
     variances
 }
 
+/// Predictive standard deviations of the unrounded weights by the naive network, row-major, in normalised
+/// units.
+fn naive_sigmas(network: &NetworkF64, rows: &Rows, passes: u16) -> Vec<f64> {
+    let of_row = |row: usize| {
+        let inputs = rows.features_of(row).iter().map(|&x| f64::from(x));
+        let inputs: Vec<f64> = inputs.collect();
+        let seed = seed::derive(1, &[seed::name_id("verify"), row as u64]);
+        let mut random = RandomSource::new(seed, &[]);
+        let mut sums = Vec::new();
+        for _ in 0..passes {
+            let outputs = network.sampled_pass(&inputs, || random.normal());
+            sums.resize(outputs.len(), (0.0, 0.0));
+            for ((sum, squares), y) in sums.iter_mut().zip(outputs) {
+                *sum += y;
+                *squares += y * y;
+            }
+        }
+        sums
+    };
+    let sums: Vec<_> = (0..rows.len()).into_par_iter().map(of_row).collect();
+    deviations(sums.into_iter().flatten(), passes)
+}
+
 /// Predictive standard deviations of the unrounded weights, row-major, in normalised units.
 fn unrounded_sigmas(weights: &GaussianWeights, rows: &Rows, passes: u16) -> Vec<f64> {
     let order: Vec<u32> = (0..rows.len() as u32).collect();
@@ -217,12 +249,15 @@ fn unrounded_sigmas(weights: &GaussianWeights, rows: &Rows, passes: u16) -> Vec<
             *squares += f64::from(y) * f64::from(y);
         }
     }
+    deviations(sums.into_iter(), passes)
+}
+
+/// Standard deviations from sums of samples and of their squares.
+fn deviations(sums: impl Iterator<Item = (f64, f64)>, passes: u16) -> Vec<f64> {
     let count = f64::from(passes);
-    sums.into_iter()
-        .map(|(sum, squares)| {
-            ((squares - sum * sum / count) / (count - 1.0))
-                .max(0.0)
-                .sqrt()
-        })
-        .collect()
+    let deviation = |(sum, squares): (f64, f64)| {
+        let variance = (squares - sum * sum / count) / (count - 1.0);
+        variance.max(0.0).sqrt()
+    };
+    sums.map(deviation).collect()
 }

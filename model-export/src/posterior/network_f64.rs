@@ -1,6 +1,8 @@
 //! The network again, naive and in f64: what the fast kernels, the quantised blob and the
 //! firmware's inference are compared with.
 
+use bnkf::blob::Activation;
+
 use crate::posterior::gaussian_weights::GaussianWeights;
 
 /// One dense layer with Gaussian weights.
@@ -16,11 +18,13 @@ pub struct LayerF64 {
     pub bias_variances: Vec<f64>,
 }
 
-/// Dense layers with GELU between them. Inputs and outputs are in normalised units.
+/// Dense layers with an activation between them. Inputs and outputs are in normalised units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NetworkF64 {
     /// Layers from input to output.
     pub layers: Vec<LayerF64>,
+    /// What every layer but the last ends in.
+    pub activation: Activation,
 }
 
 impl From<&GaussianWeights> for NetworkF64 {
@@ -42,6 +46,7 @@ impl From<&GaussianWeights> for NetworkF64 {
         });
         Self {
             layers: layers.collect(),
+            activation: Activation::Gelu,
         }
     }
 }
@@ -91,10 +96,22 @@ impl NetworkF64 {
                 .map(|output| neuron(layer, &x, output))
                 .collect();
             if index + 1 < self.layers.len() {
-                x = x.into_iter().map(gelu).collect();
+                x = x
+                    .into_iter()
+                    .map(|x| activate(self.activation, x))
+                    .collect();
             }
         }
         x
+    }
+}
+
+fn activate(activation: Activation, x: f64) -> f64 {
+    match activation {
+        Activation::Gelu => gelu(x),
+        Activation::Relu => x.max(0.0),
+        Activation::Tanh => libm::tanh(x),
+        Activation::Identity => x,
     }
 }
 

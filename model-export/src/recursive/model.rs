@@ -6,7 +6,7 @@ use super::normalisation::Normalisation;
 use crate::blob::quantise::{QuantisedLayer, quantise};
 use crate::blob::writer::{self as blob_writer, BlobContents, write_blob};
 use crate::posterior::gaussian_weights::GaussianWeights;
-use bnkf::blob::{Blob, BlobError, FeatureLayout, Kind};
+use bnkf::blob::{Activation, Blob, BlobError, FeatureLayout, Kind};
 use bnkf::recursive::features::FEATURES;
 use bnkf::recursive::parameters::Parameters;
 use bnkf::recursive::schedule::OUTPUTS;
@@ -88,6 +88,7 @@ impl RecursiveModel {
         write_blob(&BlobContents {
             kind: Kind::Recursive,
             features: FeatureLayout::Recursive64,
+            activation: Activation::Gelu,
             passes: PASSES,
             parameters: self.parameters.list().to_vec(),
             inputs: (0..FEATURES).map(input).collect(),
