@@ -374,8 +374,11 @@ mod tests {
             file.add(condition, tracks).unwrap();
             assert!(file.rows <= GROUP_ROWS);
         }
-        let (groups, rows) = super::tests::rows(file.finish().unwrap());
-        assert_eq!((groups, rows.len()), (3, 5 * GROUP_ROWS / 2));
+        let file = bytes::Bytes::from(file.finish().unwrap());
+        let reader = SerializedFileReader::new(file).unwrap();
+        let rows = reader.metadata().file_metadata().num_rows();
+        assert_eq!(reader.num_row_groups(), 3);
+        assert_eq!(rows, 5 * GROUP_ROWS as i64 / 2);
     }
 
     #[test]
