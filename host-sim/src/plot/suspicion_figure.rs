@@ -17,7 +17,7 @@ const HEADER: f64 = 118.0;
 const ACCELERATION_HEIGHT: f64 = 110.0;
 const DOUBT_HEIGHT: f64 = 150.0;
 const MODE_ROW: f64 = 20.0;
-const PANEL_GAP: f64 = 44.0;
+const PANEL_GAP: f64 = 56.0;
 const MODES: [Mode; 5] = [
     Mode::Tracking,
     Mode::Coasting,
@@ -88,7 +88,16 @@ pub fn draw(title: &str, steps: &[Suspicion], wrong_s: &[f64]) -> String {
     truth.line(&mut svg, &line, Stroke::solid(INK, 1.6));
     truth.axes(&mut svg);
     doubt.y_grid(&mut svg, true);
-    doubt.title(&mut svg, "Probability after the reading");
+    // Higher than a panel's title: the marks of wrong readings lie between.
+    let raised = Rect {
+        y: second - 12.0,
+        ..doubt.frame
+    };
+    let above = Panel {
+        frame: raised,
+        ..doubt
+    };
+    above.title(&mut svg, "Probability after the reading");
     draw_doubts(&mut svg, &doubt, steps);
     doubt.axes(&mut svg);
     for time_s in wrong_s {

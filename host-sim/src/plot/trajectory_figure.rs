@@ -84,7 +84,8 @@ fn draw_errors(svg: &mut Svg, example: &Example<'_>, top: f64) {
     errors.sort_unstable_by(f64::total_cmp);
     // A few lucky steps near zero would stretch a logarithmic axis over empty decades.
     let lowest = errors.get(errors.len() / 50).copied().unwrap_or(0.1);
-    let y = Scale::logarithmic_over([lowest, highest].into_iter());
+    // Room above for what stands in the panels.
+    let y = Scale::logarithmic_over([lowest, 1.8 * highest].into_iter());
     let x = Scale::linear(0.0, example.flight.duration_s());
     let first = LEFT + VIEW + VIEW_GAP;
     let slot = (WIDTH - RIGHT - first + PANEL_GAP) / example.tracks.len().max(1) as f64;
