@@ -8,7 +8,10 @@ use crate::plot::svg::Svg;
 use crate::scoring::forecast::{ForecastCell, ForecastMetrics};
 
 const HEADER: f64 = 78.0;
-const MEASURES: [(fn(&ForecastMetrics) -> f64, Measure); 2] = [
+/// What a block shows of a cell.
+type Value = fn(&ForecastMetrics) -> f64;
+
+const MEASURES: [(Value, Measure); 2] = [
     (
         |metrics| metrics.ed_mean_m,
         Measure {
@@ -32,7 +35,7 @@ const MEASURES: [(fn(&ForecastMetrics) -> f64, Measure); 2] = [
 /// The figure over `cells`, all of one noise table and sampling rate, ordered by noise level, method and
 /// horizon. Methods that forecast nothing are left out.
 pub fn draw(cells: &[ForecastCell]) -> String {
-    let rows = |value: fn(&ForecastMetrics) -> f64| -> Vec<Group> {
+    let rows = |value: Value| -> Vec<Group> {
         let by_noise = cells.chunk_by(|a, b| a.condition.noise == b.condition.noise);
         by_noise
             .map(|own| Group {

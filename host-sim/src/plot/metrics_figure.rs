@@ -10,8 +10,11 @@ use crate::scoring::cell::{Cell, CellMetrics};
 
 const HEADER: f64 = 78.0;
 
+/// What a block shows of a cell.
+type Value = fn(&CellMetrics) -> f64;
+
 /// What is shown, from top to bottom.
-const MEASURES: [(fn(&CellMetrics) -> f64, Measure); 3] = [
+const MEASURES: [(Value, Measure); 3] = [
     (
         |metrics| metrics.ed_mean_m,
         Measure {
@@ -50,7 +53,7 @@ pub fn draw(cells: &[Cell], floors: &[Floor]) -> String {
     let methods = in_order(cells.iter().map(|cell| cell.method));
     let noises = in_order(cells.iter().map(|cell| cell.noise));
     let rates = in_order(cells.iter().map(|cell| cell.rate));
-    let groups = |number: usize, value: fn(&CellMetrics) -> f64| -> Vec<Group> {
+    let groups = |number: usize, value: Value| -> Vec<Group> {
         let group = |noise: &NoiseLevel| {
             let at =
                 |method: &Method, rate: &SamplingRate| find(cells, *method, *noise, *rate, value);
@@ -109,7 +112,7 @@ fn find(
     method: Method,
     noise: NoiseLevel,
     rate: SamplingRate,
-    value: fn(&CellMetrics) -> f64,
+    value: Value,
 ) -> f64 {
     cells
         .iter()
