@@ -111,7 +111,7 @@ pub fn draw(svg: &mut Svg, top: f64, measure: &Measure, groups: &[Group]) {
         }
         let whole = Panel { frame, x: broad, y };
         whole.title(svg, &group.title);
-        panel(svg, &whole, measure.axis, measure.ideal, group);
+        panel(svg, &whole, measure.axis, 3, measure.ideal, group);
         let (name, ideal, scale, shown) = magnified(measure, group);
         let near = Panel {
             frame: Rect {
@@ -122,7 +122,7 @@ pub fn draw(svg: &mut Svg, top: f64, measure: &Measure, groups: &[Group]) {
             x: scale,
             y,
         };
-        panel(svg, &near, &name, ideal, &shown);
+        panel(svg, &near, &name, 4, ideal, &shown);
     }
 }
 
@@ -185,8 +185,15 @@ fn names(svg: &mut Svg, frame: Rect, group: &Group, row: f64) {
     }
 }
 
-fn panel(svg: &mut Svg, panel: &Panel, name: &str, ideal: Option<f64>, group: &Group) {
-    panel.x_grid(svg, 4);
+fn panel(
+    svg: &mut Svg,
+    panel: &Panel,
+    name: &str,
+    ticks: usize,
+    ideal: Option<f64>,
+    group: &Group,
+) {
+    panel.x_grid(svg, ticks);
     panel.x_name(svg, name);
     if let Some(ideal) = ideal {
         panel.x_ideal(svg, ideal);
