@@ -92,3 +92,4 @@ else
     exit 1
 fi
 say "emulator: $(qemu-system-arm --version | head -n 1)"
+say "browser: $(command -v chromium || command -v chromium-browser || command -v google-chrome)"

@@ -94,6 +94,17 @@ impl<'a> Network<'a> {
         Self { view }
     }
 
+    /// What its hidden layers end in: nothing but GELU in a build for recursive models alone, whose blobs have no
+    /// other.
+    #[inline]
+    fn activation(&self) -> Activation {
+        if Part::Memoryless.is_built() {
+            self.view.activation()
+        } else {
+            Activation::Gelu
+        }
+    }
+
     /// Number of inputs.
     pub fn inputs(&self) -> usize {
         self.view.layer(0).inputs
@@ -134,9 +145,8 @@ impl<'a> Network<'a> {
             vector.pack(&activations[..layer.inputs.min(WIDTH_MAX)]);
             if index < last {
                 layer::means(&layer, vector, activations);
-                self.view
-                    .activation()
-                    .in_place(&mut activations[..layer.outputs.min(WIDTH_MAX)]);
+                let activation = self.activation();
+                activation.in_place(&mut activations[..layer.outputs.min(WIDTH_MAX)]);
             } else {
                 layer::means(&layer, vector, outputs);
             }
@@ -251,7 +261,7 @@ impl<'a> Network<'a> {
     /// registers.
     #[inline]
     fn gelu_follows(&self, index: usize, last: usize) -> bool {
-        index < last && self.view.activation() == Activation::Gelu
+        index < last && self.activation() == Activation::Gelu
     }
 
     /// What layer `index` of those to `last` ends in, unless it was done by [`Network::gelu_follows`].
@@ -263,7 +273,7 @@ impl<'a> Network<'a> {
         outputs: usize,
         activations: &mut [[f32; LANES]; WIDTH_MAX],
     ) {
-        let activation = self.view.activation();
+        let activation = self.activation();
         if index < last && activation != Activation::Gelu {
             activation.in_place(activations[..outputs.min(WIDTH_MAX)].as_flattened_mut());
         }
@@ -300,7 +310,7 @@ impl<'a> Network<'a> {
             let mut next = [0.0_f32; WIDTH_MAX];
             layer::sample_weights(&layer, &current, rng, &mut next);
             if index < last {
-                self.view.activation().in_place(&mut next);
+                self.activation().in_place(&mut next);
             }
             current = next;
         }

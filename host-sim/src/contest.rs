@@ -12,6 +12,7 @@ pub mod own_filter;
 pub mod roster;
 pub mod runs;
 pub mod runtime;
+pub mod suspicion;
 pub mod track;
 pub mod tracker_filter;
 pub mod tuned_on;

@@ -8,6 +8,8 @@ mod headline;
 mod page;
 pub mod results_json;
 mod space;
+mod suspected;
+mod swatch;
 pub mod table;
 
 use crate::campaign::Campaign;

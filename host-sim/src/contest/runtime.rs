@@ -1,7 +1,5 @@
 //! What a step of each method costs on this machine, one thread.
 
-use rustix::time::{ClockId, clock_gettime};
-
 use bnkf_model_export::flights::flight::Flight;
 use serde::Serialize;
 
@@ -66,9 +64,22 @@ pub fn measure(
 }
 
 /// Processor time of this thread, seconds: what other programs take does not count.
+#[cfg(unix)]
 fn thread_s() -> f64 {
+    use rustix::time::{ClockId, clock_gettime};
+
     let now = clock_gettime(ClockId::ThreadCPUTime);
     now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
+}
+
+/// Time since the first call, seconds: without POSIX's clock of a thread other programs count, too.
+#[cfg(not(unix))]
+fn thread_s() -> f64 {
+    use std::sync::LazyLock;
+    use std::time::Instant;
+
+    static START: LazyLock<Instant> = LazyLock::new(Instant::now);
+    START.elapsed().as_secs_f64()
 }
 
 /// The times as a table.

@@ -1,7 +1,7 @@
 //! The firmware's tracker as a method under test.
 
 use bnkf::blob::Blob;
-use bnkf::{Correction, Estimate, LateTracker, Measurement, Mode, Settings};
+use bnkf::{Correction, Doubt, Estimate, LateTracker, Measurement, Mode, Settings};
 use bnkf::{StepError, Tracker, TrackerError};
 use bnkf_model_export::radar::reading::Reading;
 use bnkf_model_export::scoring::position::position;
@@ -13,6 +13,7 @@ use crate::filter::{
 /// A [`Tracker`] fed with readings rounded to what a sensor's frame carries, coasting in gaps.
 pub struct TrackerFilter<'a> {
     tracker: LateTracker<'a>,
+    said: Option<(Mode, Doubt)>,
 }
 
 impl<'a> TrackerFilter<'a> {
@@ -23,7 +24,13 @@ impl<'a> TrackerFilter<'a> {
     pub fn new(blob: Blob<'a>, settings: Settings) -> Result<Self, TrackerError> {
         Ok(Self {
             tracker: LateTracker::new(Tracker::new(blob, settings)?),
+            said: None,
         })
+    }
+
+    /// How its last estimate came about and what it suspects; `None` if it refused.
+    pub const fn said(&self) -> Option<(Mode, Doubt)> {
+        self.said
     }
 
     fn position_estimate(
@@ -78,6 +85,8 @@ impl Filter for TrackerFilter<'_> {
             Some(reading) => self.tracker.step(&Measurement::from(reading)),
             None => self.tracker.coast(time_us),
         };
+        let said = |estimate: &Estimate| (estimate.mode, estimate.doubt);
+        self.said = answer.as_ref().ok().map(said);
         self.position_estimate(answer, reading)
     }
 

@@ -2,10 +2,11 @@
 
 use crate::campaign::comparison::Comparison;
 use crate::method::Method;
+use crate::plot::ink::{FAINT_INK, GRID, INK};
 use crate::plot::palette::look;
 use crate::plot::panel::Panel;
 use crate::plot::scale::Scale;
-use crate::plot::svg::{Anchor, FAINT_INK, INK, Lettering, Rect, Stroke, Svg, lettering};
+use crate::plot::svg::{Anchor, Lettering, Rect, Stroke, Svg, lettering};
 
 const LEFT: f64 = 120.0;
 const PANEL_WIDTH: f64 = 300.0;
@@ -66,6 +67,7 @@ pub fn draw(reference: Method, groups: &[Group]) -> String {
         width,
         HEADER + rows * ROW + 56.0,
         "Paired differences from the reference",
+        "A row per method, a panel per noise level: the difference of its mean distance from the reference's, in per cent of that, with a 95% interval.",
     );
     let title = format!("Mean error beside {reference}, on the same steps");
     svg.heading((LEFT, 26.0), &title);
@@ -94,10 +96,7 @@ fn draw_group(svg: &mut Svg, panel: &Panel, group: &Group, named: bool, rows: f6
         let zero = part == 0.0;
         // The ends' names would run into those of the next panel.
         let named = part.abs() < REACH;
-        svg.polyline(
-            &ends,
-            Stroke::solid(if zero { INK } else { "#e3e5e8" }, 1.0),
-        );
+        svg.polyline(&ends, Stroke::solid(if zero { INK } else { GRID }, 1.0));
         let (x, y) = ends[0];
         let text = format!("{:+.0}%", 100.0 * part);
         let text = match (named, zero) {
@@ -134,7 +133,10 @@ fn draw_group(svg: &mut Svg, panel: &Panel, group: &Group, named: bool, rows: f6
         let text = format!("{method}: {difference:+.4} m, 95% interval {low:+.4} to {high:+.4} m");
         svg.titled(&text, |svg| {
             let ends = [part(*low), part(*high)].map(|x| panel.at(x.clamp(-REACH, REACH), row));
-            svg.polyline(&ends, Stroke::solid(look.colour, 3.0));
+            // Both ends beyond the axis: the arrow says all.
+            if ends[0] != ends[1] {
+                svg.polyline(&ends, Stroke::solid(look.colour, 3.0));
+            }
             let middle = part(*difference);
             if middle.abs() <= REACH {
                 look.marker

@@ -2,9 +2,10 @@
 
 use bnkf_model_export::flights::flight::Flight;
 
+use crate::plot::ink::{ACCENT, INK};
 use crate::plot::panel::Panel;
 use crate::plot::scale::Scale;
-use crate::plot::svg::{Anchor, FAINT_INK, INK, Lettering, Rect, Stroke, Svg, lettering};
+use crate::plot::svg::{Anchor, Rect, Stroke, Svg};
 
 const LEFT: f64 = 58.0;
 const SIDE: f64 = 190.0;
@@ -12,7 +13,6 @@ const GAP_X: f64 = 52.0;
 const GAP_Y: f64 = 66.0;
 const HEADER: f64 = 88.0;
 const COLUMNS: usize = 5;
-const PATH: &str = "#0072b2";
 
 /// The figure over the first `2 * COLUMNS` of `flights`. All panels have the same scale.
 pub fn draw(flights: &[&Flight]) -> String {
@@ -20,7 +20,12 @@ pub fn draw(flights: &[&Flight]) -> String {
     let rows = shown.len().div_ceil(COLUMNS).max(1) as f64;
     let width = LEFT + COLUMNS as f64 * (SIDE + GAP_X) - GAP_X + 24.0;
     let height = HEADER + rows * (SIDE + GAP_Y) - GAP_Y + 48.0;
-    let mut svg = Svg::new(width, height, "Example flights from above");
+    let mut svg = Svg::new(
+        width,
+        height,
+        "Example flights from above",
+        "A panel per flight, all on one scale: its path over the ground, a disc where it starts.",
+    );
     let title = "Example flights, seen from above";
     svg.heading((LEFT, 26.0), title);
     let note = "All panels have the same scale. The disc marks the start.";
@@ -65,22 +70,14 @@ fn draw_flight(svg: &mut Svg, flight: &Flight, frame: Rect, half_m: f64, named: 
         .iter()
         .map(|s| (s.position_m[0], s.position_m[1]))
         .collect();
-    panel.line(svg, &line, Stroke::solid(PATH, 1.8));
+    panel.line(svg, &line, Stroke::solid(ACCENT, 1.8));
     let (x, y) = line[0];
     svg.circle(panel.at(x, y), 4.0, INK);
     panel.axes(svg);
     let (low, high) = span_m(flight, 2);
     let text = format!("{low:.0} to {high:.0} m high");
     let at = (frame.x + frame.width - 4.0, frame.y + 10.0);
-    svg.text(
-        at,
-        &text,
-        Lettering {
-            anchor: Anchor::End,
-            colour: FAINT_INK,
-            ..lettering(10.5)
-        },
-    );
+    svg.remark(at, &text, Anchor::End);
 }
 
 fn half_extent_m(flight: &Flight) -> f64 {

@@ -5,10 +5,11 @@ use bnkf_model_export::radar::gaps::SamplingRate;
 use bnkf_model_export::radar::reading::Reading;
 
 use crate::contest::track::position_of;
+use crate::plot::ink::{ALARM, GAP, INK};
 use crate::plot::legend::{self, Mark};
 use crate::plot::panel::Panel;
 use crate::plot::scale::Scale;
-use crate::plot::svg::{INK, Rect, Stroke, Svg};
+use crate::plot::svg::{Rect, Stroke, Svg};
 
 const LEFT: f64 = 70.0;
 const WIDTH: f64 = 1120.0;
@@ -16,8 +17,6 @@ const PANEL_HEIGHT: f64 = 120.0;
 const PANEL_GAP: f64 = 44.0;
 const HEADER: f64 = 104.0;
 const TRUTH: Stroke<'static> = Stroke::solid(INK, 1.8);
-const READING: &str = "#d55e00";
-const GAP: &str = "#eceff2";
 
 /// The figure: `rows` holds one entry per sample for each rate. Readings beyond the axis are cut.
 pub fn draw(flight: &Flight, rows: &[(SamplingRate, Vec<Option<Reading>>)]) -> String {
@@ -26,12 +25,13 @@ pub fn draw(flight: &Flight, rows: &[(SamplingRate, Vec<Option<Reading>>)]) -> S
         WIDTH,
         height,
         "Readings of one flight at each sampling rate",
+        "A row per sampling rate: the true x over time, a dot per reading, and grey stripes where there are none.",
     );
     let title = format!("Sampling rates: the readings of {} along x", flight.name);
     svg.heading((LEFT, 26.0), &title);
     let entries = [
         (Mark::Line(TRUTH), "truth"),
-        (Mark::Dot(READING), "readings"),
+        (Mark::Dot(ALARM), "readings"),
         (Mark::Patch(GAP, 1.0), "gap: no readings"),
     ];
     legend::draw(&mut svg, (LEFT, 56.0), &entries);
@@ -84,7 +84,7 @@ pub fn draw(flight: &Flight, rows: &[(SamplingRate, Vec<Option<Reading>>)]) -> S
             .collect();
         svg.clipped(panel.frame, |svg| {
             for at in &dots {
-                svg.circle(*at, 2.4, READING);
+                svg.circle(*at, 2.4, ALARM);
             }
         });
         panel.axes(&mut svg);

@@ -1,5 +1,6 @@
 //! Names with the marks they stand for, in lines above the data they explain.
 
+use crate::plot::marker::Marker;
 use crate::plot::palette::Look;
 use crate::plot::svg::{Rect, Stroke, Svg, lettering};
 
@@ -10,6 +11,8 @@ pub enum Mark {
     Method(Look),
     /// A line.
     Line(Stroke<'static>),
+    /// A marker without a line.
+    Marker(Marker, &'static str),
     /// A small dot.
     Dot(&'static str),
     /// A filled patch with this opacity.
@@ -59,10 +62,11 @@ pub fn draw(svg: &mut Svg, (mut x, y): (f64, f64), entries: &[Entry<'_>]) {
         let middle = (x + 0.5 * MARK_WIDTH, y);
         match mark {
             Mark::Method(look) => {
-                svg.polyline(&line, Stroke::solid(look.colour, 2.0));
+                svg.polyline(&line, look.stroke(2.0));
                 look.marker.draw(svg, middle, 4.5, look.colour);
             }
             Mark::Line(stroke) => svg.polyline(&line, *stroke),
+            Mark::Marker(marker, colour) => marker.draw(svg, middle, 4.5, colour),
             Mark::Dot(colour) => svg.circle(middle, 2.2, colour),
             Mark::Patch(colour, opacity) => {
                 let patch = Rect {

@@ -1,10 +1,11 @@
 //! Consistency over the target's true speed or acceleration: flat is honest.
 
+use crate::plot::ink::FAINT_INK;
 use crate::plot::legend::{self, Mark};
 use crate::plot::palette::look;
-use crate::plot::panel::Panel;
+use crate::plot::panel::{IDEAL, Panel};
 use crate::plot::scale::Scale;
-use crate::plot::svg::{Anchor, FAINT_INK, INK, Lettering, Rect, Stroke, Svg, lettering};
+use crate::plot::svg::{Anchor, Lettering, Rect, Svg, lettering};
 use crate::scoring::bin::By;
 use crate::scoring::binned::{BinSums, Pooled, STEPS_MIN};
 
@@ -13,11 +14,6 @@ const PANEL_WIDTH: f64 = 310.0;
 const PANEL_HEIGHT: f64 = 190.0;
 const COLUMN_GAP: f64 = 56.0;
 const ROW_GAP: f64 = 74.0;
-const IDEAL: Stroke<'static> = Stroke {
-    colour: INK,
-    width: 1.2,
-    dash: "6 4",
-};
 
 /// One measure, a row of panels.
 #[derive(Clone, Copy)]
@@ -45,7 +41,12 @@ pub fn draw(by: By, groups: &[Vec<Pooled>]) -> String {
     let rows = measures.len() as f64;
     let height = header + rows * (PANEL_HEIGHT + ROW_GAP) - ROW_GAP + 52.0;
     let title = format!("Consistency by the true {} of the target", by.label());
-    let mut svg = Svg::new(width, height, &title);
+    let mut svg = Svg::new(
+        width,
+        height,
+        &title,
+        "NEES above, coverage of the 90% ellipsoid below; a panel per noise level, a line per method, a place per bin.",
+    );
     svg.heading(
         (LEFT, 26.0),
         &format!("{title}: an honest covariance is flat"),
@@ -132,7 +133,7 @@ fn draw_method(svg: &mut Svg, panel: &Panel, by: By, own: &Pooled, measure: &Mea
         .enumerate()
         .map(|(slot, bin)| (slot as f64 + 0.5, (measure.of)(bin)))
         .collect();
-    panel.line(svg, &points, Stroke::solid(look.colour, 1.5));
+    panel.line(svg, &points, look.stroke(1.5));
     for ((slot, value), bin) in points.iter().zip(bins(own, by)) {
         if value.is_finite() {
             let steps = bin.means().steps;

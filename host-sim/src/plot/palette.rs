@@ -1,9 +1,10 @@
-//! Colour and marker of every method: distinct for colour-blind readers (Okabe and Ito's palette)
-//! and, by the marker, in grey print.
+//! Colour, marker and dash of every method: distinct for colour-blind readers (Okabe and Ito's
+//! palette) and, by marker and dash, in grey print.
 
 use crate::method::Method;
 use crate::own_name::OwnName;
-use crate::plot::svg::{Stroke, Svg};
+use crate::plot::marker::{Marker, Shape};
+use crate::plot::svg::Stroke;
 
 /// How a method looks in every figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,126 +13,96 @@ pub struct Look {
     pub colour: &'static str,
     /// Marker.
     pub marker: Marker,
+    /// Lengths of dash and blank of its lines, pixels; empty for a solid line.
+    pub dash: &'static str,
 }
 
-/// Shape of a marker.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Marker {
-    /// Disc.
-    Circle,
-    /// Upright square.
-    Square,
-    /// Square on its corner.
-    Diamond,
-    /// Point up.
-    TriangleUp,
-    /// Point down.
-    TriangleDown,
-    /// Upright cross.
-    Plus,
-    /// Cross on its side.
-    Cross,
+impl Look {
+    /// Its line, `width` pixels wide.
+    pub const fn stroke(self, width: f64) -> Stroke<'static> {
+        Stroke {
+            colour: self.colour,
+            width,
+            dash: self.dash,
+        }
+    }
 }
+
+/// The recursive tracker's.
+const SOLID: &str = "";
+/// Filters that are not fitted, or banks of them.
+const DASHED: &str = "7 4";
+/// Networks without a filter's memory.
+const DOTTED: &str = "1.5 4";
+/// Filters fitted to flights.
+const DOT_DASHED: &str = "8 4 1.5 4";
 
 /// The look of `method`.
 pub const fn look(method: Method) -> Look {
-    let (colour, marker) = match method {
-        Method::Ekf => ("#0072b2", Marker::Circle),
-        Method::Ukf => ("#56b4e9", Marker::Square),
-        Method::Bnn => ("#e69f00", Marker::TriangleDown),
-        Method::Bnkf => ("#d55e00", Marker::Diamond),
-        Method::Bnkfe => ("#cc79a7", Marker::TriangleUp),
-        Method::BnkfMoments => ("#f28e5c", Marker::Diamond),
-        Method::BnkfeMoments => ("#e3b4cd", Marker::TriangleUp),
-        Method::RecursiveMoments => ("#3a3a5c", Marker::Diamond),
-        Method::Recursive => ("#111111", Marker::Circle),
-        Method::RecursiveTuned => ("#b00020", Marker::Square),
-        Method::EkfTuned => ("#009e73", Marker::Circle),
-        Method::UkfTuned => ("#5fbf9f", Marker::Square),
-        Method::CkfTuned => ("#00604a", Marker::Diamond),
-        Method::Imm5 => ("#7b3294", Marker::TriangleDown),
-        Method::Imm10 => ("#a98bd0", Marker::TriangleUp),
-        Method::Particle => ("#8a7a00", Marker::Diamond),
+    use Marker as M;
+    let (colour, marker, dash) = match method {
+        Method::Ekf => ("#0072b2", M::hollow(Shape::Circle), DASHED),
+        Method::Ukf => ("#56b4e9", M::hollow(Shape::Square), DASHED),
+        Method::Bnn => ("#e69f00", M::hollow(Shape::Down), DOTTED),
+        Method::Bnkf => ("#d55e00", M::hollow(Shape::Up), DOTTED),
+        Method::Bnkfe => ("#cc79a7", M::hollow(Shape::Left), DOTTED),
+        Method::BnkfMoments => ("#f28e5c", M::hollow(Shape::Star), DOTTED),
+        Method::BnkfeMoments => ("#e3b4cd", M::hollow(Shape::Bow), DOTTED),
+        Method::RecursiveMoments => ("#3a3a5c", M::filled(Shape::Diamond), SOLID),
+        Method::Recursive => ("#111111", M::filled(Shape::Circle), SOLID),
+        Method::RecursiveTuned => ("#b00020", M::filled(Shape::Square), SOLID),
+        Method::EkfTuned => ("#009e73", M::filled(Shape::Up), DOT_DASHED),
+        Method::UkfTuned => ("#5fbf9f", M::filled(Shape::Down), DOT_DASHED),
+        Method::CkfTuned => ("#00604a", M::filled(Shape::Left), DOT_DASHED),
+        Method::Imm5 => ("#7b3294", M::hollow(Shape::Diamond), DASHED),
+        Method::Imm10 => ("#a98bd0", M::filled(Shape::Star), DASHED),
+        Method::Particle => ("#8a7a00", M::filled(Shape::Bow), DOT_DASHED),
         // The trivial rules are grey: they are the ground that the others stand on.
-        Method::Converted => ("#4d4d4d", Marker::Plus),
-        Method::PopulationMean => ("#8c8c8c", Marker::Cross),
-        Method::ConstantRange => ("#6e6e6e", Marker::Square),
-        Method::Fused => ("#a8a8a8", Marker::Circle),
+        Method::Converted => ("#4d4d4d", M::filled(Shape::Plus), DASHED),
+        Method::PopulationMean => ("#8c8c8c", M::filled(Shape::Cross), DASHED),
+        Method::ConstantRange => ("#6e6e6e", M::filled(Shape::Post), DASHED),
+        Method::Fused => ("#a8a8a8", M::filled(Shape::Rays), DASHED),
         Method::Own(name) => return own_look(name),
     };
-    Look { colour, marker }
+    Look {
+        colour,
+        marker,
+        dash,
+    }
 }
 
-/// One of a few looks that no built-in method has; names stand beside them.
+/// Looks of methods from outside, in colours that no built-in method has; names stand beside them.
+pub const OWN_LOOKS: [Look; 4] = [
+    Look {
+        colour: "#e0007a",
+        marker: Marker::filled(Shape::Plus),
+        dash: SOLID,
+    },
+    Look {
+        colour: "#00a0c6",
+        marker: Marker::filled(Shape::Cross),
+        dash: DOT_DASHED,
+    },
+    Look {
+        colour: "#c75000",
+        marker: Marker::filled(Shape::Rays),
+        dash: DASHED,
+    },
+    Look {
+        colour: "#3355ff",
+        marker: Marker::filled(Shape::Post),
+        dash: DOTTED,
+    },
+];
+
+/// One of [`OWN_LOOKS`], always the same for a name.
 const fn own_look(name: OwnName) -> Look {
-    const LOOKS: [Look; 4] = [
-        Look {
-            colour: "#e0007a",
-            marker: Marker::Plus,
-        },
-        Look {
-            colour: "#00a0c6",
-            marker: Marker::Cross,
-        },
-        Look {
-            colour: "#c75000",
-            marker: Marker::TriangleUp,
-        },
-        Look {
-            colour: "#3355ff",
-            marker: Marker::Diamond,
-        },
-    ];
     let (text, mut sum, mut at) = (name.get().as_bytes(), 0, 0);
     while at < text.len() {
         sum += text[at] as usize;
         at += 1;
     }
-    LOOKS[sum % LOOKS.len()]
-}
-
-impl Marker {
-    /// Draws the marker with a white rim at `(x, y)`; all shapes cover about the same area.
-    pub fn draw(self, svg: &mut Svg, (x, y): (f64, f64), radius: f64, colour: &str) {
-        let outline: &[(f64, f64)] = match self {
-            Self::Circle => {
-                svg.circle((x, y), radius + 1.0, "#ffffff");
-                svg.circle((x, y), radius, colour);
-                return;
-            }
-            Self::Plus => {
-                for (dx, dy) in [(1.2, 0.0), (0.0, 1.2)] {
-                    let ends = [
-                        (x - radius * dx, y - radius * dy),
-                        (x + radius * dx, y + radius * dy),
-                    ];
-                    svg.polyline(&ends, Stroke::solid(colour, 2.0));
-                }
-                return;
-            }
-            Self::Cross => {
-                for turn in [-1.0, 1.0] {
-                    let ends = [
-                        (x - radius, y - turn * radius),
-                        (x + radius, y + turn * radius),
-                    ];
-                    svg.polyline(&ends, Stroke::solid(colour, 2.0));
-                }
-                return;
-            }
-            Self::Square => &[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)],
-            Self::Diamond => &[(0.0, -1.25), (1.25, 0.0), (0.0, 1.25), (-1.25, 0.0)],
-            Self::TriangleUp => &[(0.0, -1.25), (1.15, 0.85), (-1.15, 0.85)],
-            Self::TriangleDown => &[(0.0, 1.25), (1.15, -0.85), (-1.15, -0.85)],
-        };
-        let mut corners: Vec<_> = outline
-            .iter()
-            .map(|(dx, dy)| (x + radius * dx, y + radius * dy))
-            .collect();
-        svg.polygon(&corners, colour, 1.0);
-        corners.push(corners[0]);
-        svg.polyline(&corners, Stroke::solid("#ffffff", 1.0));
-    }
+    OWN_LOOKS[sum % OWN_LOOKS.len()]
 }
 
 #[cfg(test)]
@@ -141,17 +112,14 @@ mod tests {
     use super::look;
     use crate::method::Method;
 
+    /// In colour, and in grey.
     #[test]
     fn no_two_methods_look_alike() {
         let methods = Method::value_variants();
         for (index, one) in methods.iter().enumerate() {
             for other in &methods[index + 1..] {
                 assert_ne!(look(*one).colour, look(*other).colour);
-            }
-        }
-        for (index, one) in Method::PAPER.into_iter().enumerate() {
-            for other in Method::PAPER.into_iter().skip(index + 1) {
-                assert_ne!(look(one).marker, look(other).marker);
+                assert_ne!(look(*one).marker, look(*other).marker, "{one}, {other}");
             }
         }
     }

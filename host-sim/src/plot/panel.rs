@@ -1,13 +1,20 @@
 //! One pair of axes: a frame with grid, ticks and labels, and values drawn inside it.
 
-use crate::plot::palette::Look;
+use crate::plot::ink::{FAINT_INK, GRID, INK};
 use crate::plot::scale::{Scale, Tick};
-use crate::plot::svg::{Anchor, FAINT_INK, GRID, INK, Lettering, Rect, Stroke, Svg, lettering};
+use crate::plot::svg::{Anchor, Lettering, Rect, Stroke, Svg, lettering};
 
 /// Font size of tick labels, pixels.
 const TICK_SIZE: f64 = 11.0;
 /// Font size of axis names, pixels.
 const NAME_SIZE: f64 = 12.0;
+
+/// What an ideal method would score.
+pub const IDEAL: Stroke<'static> = Stroke {
+    colour: INK,
+    width: 1.2,
+    dash: "6 4",
+};
 
 /// A pair of axes at a place in a picture.
 #[derive(Clone, Copy, Debug)]
@@ -66,8 +73,11 @@ impl Panel {
         for Tick { value, label } in self.x.ticks(wanted) {
             let (x, _) = self.at(value, self.y.low());
             let (top, bottom) = (self.frame.y, self.frame.y + self.frame.height);
-            svg.polyline(&[(x, top), (x, bottom)], Stroke::solid(GRID, 1.0));
-            svg.text((x, bottom + 12.0), &label, tick_lettering(Anchor::Middle));
+            let width = if label.is_empty() { 0.4 } else { 1.0 };
+            svg.polyline(&[(x, top), (x, bottom)], Stroke::solid(GRID, width));
+            if !label.is_empty() {
+                svg.text((x, bottom + 12.0), &label, tick_lettering(Anchor::Middle));
+            }
         }
     }
 
@@ -127,7 +137,7 @@ impl Panel {
     }
 
     /// The area between the lower and the upper of `(x, lower, upper)`; cut at the frame.
-    pub fn band(&self, svg: &mut Svg, values: &[(f64, f64, f64)], look: Look) {
+    pub fn band(&self, svg: &mut Svg, values: &[(f64, f64, f64)], colour: &str) {
         let finite = |&&(x, low, high): &&(f64, f64, f64)| {
             x.is_finite() && low.is_finite() && high.is_finite()
         };
@@ -136,7 +146,7 @@ impl Panel {
         let lower = values.iter().rev().map(|(x, low, _)| self.at(*x, *low));
         let outline: Vec<_> = upper.chain(lower).collect();
         if outline.len() > 3 {
-            svg.clipped(self.frame, |svg| svg.polygon(&outline, look.colour, 0.2));
+            svg.clipped(self.frame, |svg| svg.polygon(&outline, colour, 0.2));
         }
     }
 
@@ -155,14 +165,13 @@ impl Panel {
     /// A dashed line across the frame at `value`, for what an ideal method would score.
     pub fn ideal(&self, svg: &mut Svg, value: f64) {
         let ends = [self.at(self.x.low(), value), self.at(self.x.high(), value)];
-        svg.polyline(
-            &ends,
-            Stroke {
-                colour: INK,
-                width: 1.2,
-                dash: "6 4",
-            },
-        );
+        svg.polyline(&ends, IDEAL);
+    }
+
+    /// The same down the frame, for a horizontal axis.
+    pub fn x_ideal(&self, svg: &mut Svg, value: f64) {
+        let ends = [self.at(value, self.y.low()), self.at(value, self.y.high())];
+        svg.polyline(&ends, IDEAL);
     }
 }
 

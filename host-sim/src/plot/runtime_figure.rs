@@ -7,7 +7,7 @@ use crate::plot::scale::Scale;
 use crate::plot::svg::{Anchor, Lettering, Rect, Svg, lettering};
 
 const WIDTH: f64 = 900.0;
-const LEFT: f64 = 120.0;
+const LEFT: f64 = 128.0;
 const RIGHT: f64 = 90.0;
 const HEADER: f64 = 78.0;
 const ROW: f64 = 26.0;
@@ -19,6 +19,7 @@ pub fn draw(times: &[MethodTime]) -> String {
         WIDTH,
         HEADER + rows * ROW + 54.0,
         "Time of one step of every method",
+        "A bar per method on a logarithmic axis of microseconds, its marker at the tip.",
     );
     let title = "Time of one step on this machine, one thread";
     svg.heading((LEFT, 26.0), title);
@@ -41,17 +42,23 @@ pub fn draw(times: &[MethodTime]) -> String {
         let (tip, y) = panel.at(time.step_us, row);
         let bar = Rect {
             x: LEFT,
-            y: y - 8.0,
+            y: y - 5.0,
             width: (tip - LEFT).max(0.0),
-            height: 16.0,
+            height: 10.0,
         };
-        svg.rect(bar, look(time.method).colour, 1.0);
+        let look = look(time.method);
+        svg.rect(bar, look.colour, 0.3);
+        look.marker.draw(&mut svg, (tip, y), 4.6, look.colour);
         let name = Lettering {
             anchor: Anchor::End,
             ..lettering(12.0)
         };
         svg.text((LEFT - 10.0, y), time.method.label(), name);
-        svg.text((tip + 8.0, y), &microseconds(time.step_us), lettering(12.0));
+        svg.text(
+            (tip + 12.0, y),
+            &microseconds(time.step_us),
+            lettering(12.0),
+        );
     }
     panel.axes(&mut svg);
     svg.finish("runtime")

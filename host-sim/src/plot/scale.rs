@@ -76,10 +76,10 @@ impl Scale {
     }
 
     /// Ticks from low to high: about `wanted` on a linear axis; on a logarithmic one the powers of
-    /// ten, with 2 and 5 between them when they are few.
+    /// ten, with 2 and 5 between them when they are few, every second or third when they are many.
     pub fn ticks(&self, wanted: usize) -> Vec<Tick> {
         if self.logarithmic {
-            self.logarithmic_ticks()
+            self.logarithmic_ticks(wanted.max(1))
         } else {
             self.linear_ticks(wanted)
         }
@@ -101,9 +101,15 @@ impl Scale {
             .collect()
     }
 
-    fn logarithmic_ticks(&self) -> Vec<Tick> {
+    fn logarithmic_ticks(&self, wanted: usize) -> Vec<Tick> {
         let decades = (self.high / self.low).log10();
-        let labelled: &[u32] = if decades < 2.5 { &[1, 2, 5] } else { &[1] };
+        let labelled: &[u32] = if decades < 0.5 * wanted as f64 {
+            &[1, 2, 5]
+        } else {
+            &[1]
+        };
+        // Over many decades every second or third is labelled, or labels would lie on each other.
+        let every = (decades / (wanted + 2) as f64).ceil().max(1.0) as i32;
         let first = self.low.log10().floor() as i32;
         let last = self.high.log10().ceil() as i32;
         let mut ticks = Vec::new();
@@ -115,7 +121,7 @@ impl Scale {
                 if outside || (decades > 3.5 && digit != 1) {
                     continue;
                 }
-                let label = if labelled.contains(&digit) {
+                let label = if labelled.contains(&digit) && power.rem_euclid(every) == 0 {
                     plain(value)
                 } else {
                     String::new()
@@ -199,10 +205,12 @@ mod tests {
     fn logarithmic_ends_hold_the_values() {
         let scale = Scale::logarithmic_over([0.13, 42.0, f64::NAN, 0.0, -1.0].into_iter());
         assert_eq!((scale.low(), scale.high()), (0.1, 50.0));
-        assert_eq!(labels(&scale, 0), ["0.1", "1", "10"]);
+        assert_eq!(labels(&scale, 5), ["0.1", "1", "10"]);
+        let many = Scale::logarithmic_over([1.5, 9e8].into_iter());
+        assert_eq!(labels(&many, 3), ["1", "100", "1e4", "1e6", "1e8"]);
         let narrow = Scale::logarithmic_over([2.9, 3.1].into_iter());
         assert!(narrow.high() / narrow.low() >= 4.0);
-        assert_eq!(labels(&narrow, 0), ["1", "2", "5", "10"]);
+        assert_eq!(labels(&narrow, 5), ["1", "2", "5", "10"]);
     }
 
     #[test]

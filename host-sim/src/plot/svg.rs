@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use crate::plot::ink::{FAINT_INK, INK, PAPER, night_style};
+
 /// A rectangle, pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rect {
@@ -34,6 +36,18 @@ impl<'a> Stroke<'a> {
             width,
             dash: "",
         }
+    }
+}
+
+/// As attributes of an element.
+impl std::fmt::Display for Stroke<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let width = Number(self.width);
+        write!(f, " stroke=\"{}\" stroke-width=\"{width}\"", self.colour)?;
+        if self.dash.is_empty() {
+            return Ok(());
+        }
+        write!(f, " stroke-dasharray=\"{}\"", self.dash)
     }
 }
 
@@ -74,13 +88,6 @@ pub const fn lettering(size: f64) -> Lettering {
     }
 }
 
-/// Colour of text and truth.
-pub const INK: &str = "#1a1a1a";
-/// Colour of axes and secondary text.
-pub const FAINT_INK: &str = "#5f6368";
-/// Colour of grid lines.
-pub const GRID: &str = "#e3e5e8";
-
 /// A picture under construction.
 #[derive(Debug)]
 pub struct Svg {
@@ -91,8 +98,9 @@ pub struct Svg {
 }
 
 impl Svg {
-    /// An empty white picture; `title` is what a screen reader says.
-    pub fn new(width: f64, height: f64, title: &str) -> Self {
+    /// An empty white picture, dark where the reader's system is; a screen reader says `title`, then
+    /// `description`.
+    pub fn new(width: f64, height: f64, title: &str, description: &str) -> Self {
         let mut svg = Self {
             width,
             height,
@@ -100,13 +108,15 @@ impl Svg {
             clips: 0,
         };
         svg.push(format_args!("<title>{}</title>", escaped(title)));
+        svg.push(format_args!("<desc>{}</desc>", escaped(description)));
+        svg.push(format_args!("{}", night_style()));
         let page = Rect {
             x: 0.0,
             y: 0.0,
             width,
             height,
         };
-        svg.rect(page, "#ffffff", 1.0);
+        svg.rect(page, PAPER, 1.0);
         svg
     }
 
@@ -114,7 +124,7 @@ impl Svg {
     pub fn finish(self, id: &str) -> String {
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" height=\"{h}\" \
-             role=\"img\" font-family=\"Helvetica, Arial, 'DejaVu Sans', sans-serif\">\n{body}</svg>\n",
+             role=\"img\" stroke-linejoin=\"round\" stroke-linecap=\"round\" font-family=\"Helvetica, Arial, 'DejaVu Sans', sans-serif\">\n{body}</svg>\n",
             w = Number(self.width),
             h = Number(self.height),
             body = self.body.replace("CLIP-", &format!("{id}-clip-")),
@@ -147,17 +157,9 @@ impl Svg {
             if part.len() < 2 {
                 continue;
             }
-            let dash = if stroke.dash.is_empty() {
-                String::new()
-            } else {
-                format!(" stroke-dasharray=\"{}\"", stroke.dash)
-            };
             self.push(format_args!(
-                "<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" \
-                 stroke-linejoin=\"round\" stroke-linecap=\"round\"{dash}/>",
+                "<polyline points=\"{}\" fill=\"none\"{stroke}/>",
                 coordinates(part),
-                stroke.colour,
-                Number(stroke.width)
             ));
         }
     }
@@ -168,6 +170,15 @@ impl Svg {
             "<polygon points=\"{}\" fill=\"{fill}\" fill-opacity=\"{}\"/>",
             coordinates(points),
             Number(opacity)
+        ));
+    }
+
+    /// An outline around the origin, moved to `at`, filled and drawn.
+    pub fn path(&mut self, outline: &str, (x, y): (f64, f64), fill: &str, stroke: Stroke<'_>) {
+        self.push(format_args!(
+            "<path d=\"{outline}\" transform=\"translate({} {})\" fill=\"{fill}\"{stroke}/>",
+            Number(x),
+            Number(y),
         ));
     }
 
@@ -229,6 +240,29 @@ impl Svg {
         self.text(at, content, faint);
     }
 
+    /// A small remark inside a panel, on paper so that lines below do not cross it.
+    pub fn remark(&mut self, (x, y): (f64, f64), content: &str, anchor: Anchor) {
+        let width = 5.8 * content.chars().count() as f64 + 4.0;
+        let left = match anchor {
+            Anchor::Start => x - 2.0,
+            Anchor::Middle => x - 0.5 * width,
+            Anchor::End => x - width + 2.0,
+        };
+        let paper = Rect {
+            x: left,
+            y: y - 7.0,
+            width,
+            height: 14.0,
+        };
+        self.rect(paper, PAPER, 0.85);
+        let faint = Lettering {
+            anchor,
+            colour: FAINT_INK,
+            ..lettering(10.5)
+        };
+        self.text((x, y), content, faint);
+    }
+
     /// Draws with everything outside `rect` cut off.
     pub fn clipped(&mut self, rect: Rect, draw: impl FnOnce(&mut Self)) {
         let number = self.clips;
@@ -287,20 +321,21 @@ pub fn escaped(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{INK, Rect, Stroke, Svg, lettering};
+    use super::{Rect, Stroke, Svg, lettering};
+    use crate::plot::ink::INK;
 
     #[test]
     fn text_is_escaped() {
-        let mut svg = Svg::new(100.0, 50.0, "a < b");
+        let mut svg = Svg::new(100.0, 50.0, "a < b", "c & d");
         svg.text((1.0, 2.0), "P & \"Q\" > {R}", lettering(12.0));
         let text = svg.finish("t");
-        assert!(text.contains("<title>a &lt; b</title>"));
+        assert!(text.contains("<title>a &lt; b</title>\n<desc>c &amp; d</desc>"));
         assert!(text.contains(">P &amp; &quot;Q&quot; &gt; &#123;R}</text>"));
     }
 
     #[test]
     fn a_line_breaks_where_it_has_no_value() {
-        let mut svg = Svg::new(10.0, 10.0, "");
+        let mut svg = Svg::new(10.0, 10.0, "", "");
         let points = [
             (0.0, 0.0),
             (1.0, 0.5),
@@ -318,7 +353,7 @@ mod tests {
     #[test]
     fn clip_paths_of_two_pictures_do_not_share_names() {
         let picture = |id| {
-            let mut svg = Svg::new(10.0, 10.0, "");
+            let mut svg = Svg::new(10.0, 10.0, "", "");
             let rect = Rect {
                 x: 0.0,
                 y: 0.0,

@@ -5,8 +5,10 @@ use nalgebra::Vector3;
 
 use crate::contest::track::position_of;
 use crate::exchange::tracked::Answer;
+use crate::method::Method;
+use crate::plot::ink::{ALARM, READING};
 use crate::plot::legend::{self, Mark};
-use crate::plot::palette::{Look, Marker};
+use crate::plot::palette::look;
 use crate::plot::panel::Panel;
 use crate::plot::scale::Scale;
 use crate::plot::svg::{Rect, Stroke, Svg};
@@ -19,8 +21,8 @@ const TOP: f64 = 122.0;
 const SIDE: f64 = LEFT + VIEW + 100.0;
 const SIDE_WIDTH: f64 = WIDTH - SIDE - 24.0;
 const SIDE_HEIGHT: f64 = 150.0;
-const READING: &str = "#9aa0a6";
-const TRACK: &str = "#111111";
+/// That of the recursive tracker, which made it.
+const TRACK: &str = look(Method::Recursive).colour;
 /// Normal deviation that 95 % of errors on one axis lie within.
 const DEVIATIONS: f64 = 1.96;
 
@@ -30,6 +32,7 @@ pub fn draw(name: &str, answers: &[Answer]) -> String {
         WIDTH,
         TOP + VIEW + 60.0,
         "A track from above, its height and its innovations",
+        "Three panels: east and north, height over time with its claimed deviation, and how well every reading agreed.",
     );
     let title = if name.is_empty() {
         "Track".to_owned()
@@ -155,14 +158,7 @@ fn height(svg: &mut Svg, points: &[(f64, Vector3<f64>, f64)]) {
     panel.title(svg, "Height");
     panel.y_name(svg, "z (up), m", 50.0);
     panel.x_name(svg, "time, s");
-    panel.band(
-        svg,
-        &band,
-        Look {
-            colour: TRACK,
-            marker: Marker::Circle,
-        },
-    );
+    panel.band(svg, &band, TRACK);
     let line: Vec<_> = points.iter().map(|p| (p.0, p.1.z)).collect();
     panel.line(svg, &line, Stroke::solid(TRACK, 1.5));
     panel.axes(svg);
@@ -201,7 +197,7 @@ fn innovations(svg: &mut Svg, answers: &[Answer]) {
         svg.circle(
             panel.at(time_s, share.min(highest)),
             1.7,
-            if share > 1.0 { "#d55e00" } else { TRACK },
+            if share > 1.0 { ALARM } else { TRACK },
         );
     }
     panel.axes(svg);

@@ -1,157 +1,77 @@
-//! Example flights: the tracks from above, and every method's error beside what it claimed.
+//! Example flights: the nearest tracks from above, and every method's error beside what it claimed.
 
-use bnkf_model_export::radar::noise::NoiseLevel;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 
 use crate::contest::example::Example;
-use crate::contest::track::{TrackStep, position_of};
+use crate::contest::track::TrackStep;
+use crate::method::Method;
+use crate::plot::ink::{GAP, READING};
 use crate::plot::legend::{self, Mark};
 use crate::plot::palette::look;
 use crate::plot::panel::Panel;
 use crate::plot::scale::Scale;
-use crate::plot::svg::{Anchor, FAINT_INK, Lettering, Rect, Stroke, Svg, lettering};
+use crate::plot::svg::{Anchor, Rect, Stroke, Svg};
+use crate::plot::view_from_above;
 use crate::scoring::chi_square;
 
-const LEFT: f64 = 66.0;
-const VIEW: f64 = 270.0;
-const VIEW_GAP: f64 = 84.0;
-const PANEL_WIDTH: f64 = 178.0;
-const PANEL_GAP: f64 = 16.0;
-const RIGHT: f64 = 24.0;
-const HEADER: f64 = 122.0;
-const ROW_GAP: f64 = 82.0;
-const FOOTER: f64 = 48.0;
-const GAP_COLOUR: &str = "#eceff2";
-const READING_COLOUR: &str = "#9aa0a6";
-/// Broad and pale below the methods' lines, of which one is black.
-const TRUTH: Stroke<'static> = Stroke::solid("#c3c8ce", 6.0);
+const LEFT: f64 = 58.0;
+const VIEW: f64 = 180.0;
+const VIEW_GAP: f64 = 66.0;
+const PANEL_GAP: f64 = 14.0;
+const RIGHT: f64 = 16.0;
+const HEADER: f64 = 92.0;
+const ROW_GAP: f64 = 64.0;
+const FOOTER: f64 = 44.0;
+/// As wide as a page shows whole.
+const WIDTH: f64 = 1120.0;
 /// Part of the errors that lie in the band if a method's covariance is right.
 const BAND: (f64, f64) = (0.05, 0.95);
 
 /// The figure: one row per example.
 pub fn draw(examples: &[Example<'_>]) -> String {
-    let methods = examples.first().map_or(0, |example| example.tracks.len());
-    let panels = methods as f64 * (PANEL_WIDTH + PANEL_GAP) - PANEL_GAP;
-    let width = (LEFT + VIEW + VIEW_GAP + panels + RIGHT).max(900.0);
     let entries = entries(examples);
-    let (lines, legend_height) = legend::lines(&entries, width - LEFT - RIGHT);
+    let (lines, legend_height) = legend::lines(&entries, WIDTH - LEFT - RIGHT);
     let header = HEADER + legend_height;
     let height = header + examples.len() as f64 * (VIEW + ROW_GAP) - ROW_GAP + FOOTER;
     let mut svg = Svg::new(
-        width,
+        WIDTH,
         height,
-        "Example flights with the track and the error of every method",
+        "Example flights with the error of every method",
+        "A row per flight: on the left the flight from above with radar, start, readings and the nearest tracks; then a \
+         panel per method with its distance to the truth over time and the band where nine of ten distances belong.",
     );
     let title = "Example flights, seen from above, and the error over time";
-    svg.heading((LEFT, 28.0), title);
-    legend::draw_lines(&mut svg, (LEFT, 62.0), &lines);
+    svg.heading((LEFT, 26.0), title);
+    legend::draw_lines(&mut svg, (LEFT, 54.0), &lines);
     for (row, example) in examples.iter().enumerate() {
         let top = header + row as f64 * (VIEW + ROW_GAP);
-        draw_view(&mut svg, example, top);
+        let frame = Rect {
+            x: LEFT,
+            y: top,
+            width: VIEW,
+            height: VIEW,
+        };
+        view_from_above::draw(&mut svg, example, frame);
         draw_errors(&mut svg, example, top);
     }
     svg.finish("trajectory")
 }
 
 fn entries(examples: &[Example<'_>]) -> Vec<legend::Entry<'static>> {
-    let mut entries = vec![
-        (Mark::Line(TRUTH), "truth"),
-        (Mark::Dot(READING_COLOUR), "radar readings"),
-    ];
-    let tracks = examples.first().map_or(&[][..], |example| &example.tracks);
-    for (method, _) in tracks {
-        entries.push((
-            Mark::Line(Stroke::solid(look(*method).colour, 2.0)),
-            method.label(),
-        ));
+    let mut entries = view_from_above::entries();
+    let mut named: Vec<Method> = Vec::new();
+    for method in examples.iter().flat_map(view_from_above::shown) {
+        if !named.contains(&method) {
+            named.push(method);
+            entries.push((Mark::Line(look(method).stroke(2.0)), method.label()));
+        }
     }
     entries.push((
-        Mark::Patch(READING_COLOUR, 0.4),
+        Mark::Patch(READING, 0.4),
         "where 90% of the errors belong by the method's own covariance",
     ));
-    entries.push((Mark::Patch(GAP_COLOUR, 1.0), "gap: no readings"));
+    entries.push((Mark::Patch(GAP, 1.0), "gap: no readings"));
     entries
-}
-
-/// The track from above, with equal scales on both axes.
-fn draw_view(svg: &mut Svg, example: &Example<'_>, top: f64) {
-    let samples = &example.flight.samples;
-    let span = |axis: usize| {
-        let values = samples.iter().map(|sample| sample.position_m[axis]);
-        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-            (low.min(v), high.max(v))
-        })
-    };
-    let (x, y) = (span(0), span(1));
-    let half_m = (0.5 * (x.1 - x.0).max(y.1 - y.0) * 1.45).max(4.0);
-    let around = |(low, high): (f64, f64)| {
-        Scale::linear(0.5 * (low + high) - half_m, 0.5 * (low + high) + half_m)
-    };
-    let panel = Panel {
-        frame: Rect {
-            x: LEFT,
-            y: top,
-            width: VIEW,
-            height: VIEW,
-        },
-        x: around(x),
-        y: around(y),
-    };
-    panel.y_grid(svg, true);
-    panel.x_grid(svg, 5);
-    panel.title(
-        svg,
-        &format!(
-            "{} noise, sampling rate {}",
-            capital(example.noise),
-            example.rate
-        ),
-    );
-    panel.x_name(svg, "x (east), m");
-    panel.y_name(svg, "y (north), m", 46.0);
-
-    let readings: Vec<Vector3<f64>> = example.readings.iter().flatten().map(position_of).collect();
-    let (inside, outside): (Vec<Vector3<f64>>, Vec<Vector3<f64>>) =
-        readings.iter().copied().partition(|at| {
-            let within = |scale: Scale, value: f64| (0.0..=1.0).contains(&scale.fraction(value));
-            within(panel.x, at.x) && within(panel.y, at.y)
-        });
-    let truth: Vec<_> = samples
-        .iter()
-        .map(|s| (s.position_m[0], s.position_m[1]))
-        .collect();
-    panel.line(svg, &truth, TRUTH);
-    for at in inside {
-        svg.circle(panel.at(at.x, at.y), 1.7, READING_COLOUR);
-    }
-    for (method, steps) in &example.tracks {
-        let line: Vec<_> = steps
-            .iter()
-            .map(|step| (step.position_m.x, step.position_m.y))
-            .collect();
-        panel.line(svg, &line, Stroke::solid(look(*method).colour, 1.2));
-    }
-    panel.axes(svg);
-    if !outside.is_empty() {
-        let text = format!(
-            "{} of {} readings lie outside",
-            outside.len(),
-            readings.len()
-        );
-        let label = Rect {
-            x: LEFT + VIEW - 178.0,
-            y: top + 1.0,
-            width: 178.0,
-            height: 17.0,
-        };
-        svg.rect(label, "#ffffff", 0.85);
-        let note = Lettering {
-            anchor: Anchor::End,
-            colour: FAINT_INK,
-            ..lettering(11.0)
-        };
-        svg.text((LEFT + VIEW - 4.0, top + 9.5), &text, note);
-    }
 }
 
 /// One panel per method: error, band and gaps over time, on one scale per flight.
@@ -164,35 +84,35 @@ fn draw_errors(svg: &mut Svg, example: &Example<'_>, top: f64) {
     errors.sort_unstable_by(f64::total_cmp);
     // A few lucky steps near zero would stretch a logarithmic axis over empty decades.
     let lowest = errors.get(errors.len() / 50).copied().unwrap_or(0.1);
-    let y = Scale::logarithmic_over([lowest, highest].into_iter());
+    // Room above for what stands in the panels.
+    let y = Scale::logarithmic_over([lowest, 1.8 * highest].into_iter());
     let x = Scale::linear(0.0, example.flight.duration_s());
+    let first = LEFT + VIEW + VIEW_GAP;
+    let slot = (WIDTH - RIGHT - first + PANEL_GAP) / example.tracks.len().max(1) as f64;
     for (index, (method, steps)) in example.tracks.iter().enumerate() {
-        let left = LEFT + VIEW + VIEW_GAP + index as f64 * (PANEL_WIDTH + PANEL_GAP);
+        let left = first + index as f64 * slot;
         let panel = Panel {
             frame: Rect {
                 x: left,
                 y: top,
-                width: PANEL_WIDTH,
+                width: slot - PANEL_GAP,
                 height: VIEW,
             },
             x,
             y,
         };
         for (low, high) in gaps_s(steps) {
-            panel.stripe(svg, low, high, GAP_COLOUR);
+            panel.stripe(svg, low, high, GAP);
         }
         panel.y_grid(svg, index == 0);
-        panel.x_grid(svg, 4);
+        panel.x_grid(svg, 3);
         if index == 0 {
             panel.y_name(svg, "distance to the truth, m", 48.0);
         }
         panel.x_name(svg, "time, s");
-        let mean_m = steps
-            .iter()
-            .map(|step| step.scored.score.error_m)
-            .sum::<f64>()
-            / steps.len() as f64;
-        panel.title(svg, &format!("{method}: mean {}", metres(mean_m)));
+        panel.title(svg, method.label());
+        let mean = format!("mean {}", metres(view_from_above::mean_m(steps)));
+        let at = (left + slot - PANEL_GAP - 3.0, top + 9.0);
         let band: Vec<_> = steps
             .iter()
             .map(|step| {
@@ -200,13 +120,14 @@ fn draw_errors(svg: &mut Svg, example: &Example<'_>, top: f64) {
                 (step.time_s, low, high)
             })
             .collect();
-        panel.band(svg, &band, look(*method));
+        panel.band(svg, &band, look(*method).colour);
         let line: Vec<_> = steps
             .iter()
             .map(|step| (step.time_s, step.scored.score.error_m))
             .collect();
         panel.line(svg, &line, Stroke::solid(look(*method).colour, 1.5));
         panel.axes(svg);
+        svg.remark(at, &mean, Anchor::End);
     }
 }
 
@@ -240,11 +161,6 @@ fn gaps_s(steps: &[TrackStep]) -> Vec<(f64, f64)> {
         }
     }
     gaps
-}
-
-fn capital(noise: NoiseLevel) -> String {
-    let name = noise.to_string();
-    name[..1].to_uppercase() + &name[1..]
 }
 
 /// Metres with two or three significant digits.
@@ -317,11 +233,14 @@ mod tests {
         };
         let text = draw(&[example]);
         for method in Method::PAPER {
-            assert!(text.contains(&format!("{method}: mean 0.50 m")), "{method}");
+            assert!(text.contains(&format!(">{method}</text>")), "{method}");
         }
+        assert_eq!(text.matches(">mean 0.50 m</text>").count(), 5);
         // One band a method; readings with 100 m noise mostly leave the view, and that is said.
         assert_eq!(text.matches("fill-opacity=\"0.2\"").count(), 5);
-        assert!(text.contains("readings lie outside"));
+        assert!(text.contains(" readings outside"));
+        // All five are as near; three are enough. The radar is 20 m from the middle of a circle of 5 m.
+        assert!(text.contains("radar, "), "{text}");
     }
 
     #[test]

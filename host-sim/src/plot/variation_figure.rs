@@ -2,6 +2,7 @@
 
 use crate::campaign::generalisation::VariedCell;
 use crate::method::Method;
+use crate::plot::ink::STRIPE;
 use crate::plot::legend::{self, Mark};
 use crate::plot::palette::look;
 use crate::plot::panel::Panel;
@@ -49,6 +50,7 @@ pub fn draw(rows: &[Row<'_>], methods: &[Method]) -> String {
         WIDTH,
         height,
         "Methods in worlds that they were not fitted to",
+        "Two panels, mean distance and NEES; a slot per world, a marker per method.",
     );
     let title = "Worlds that differ from the one that methods were fitted to";
     svg.heading((LEFT, 26.0), title);
@@ -70,7 +72,7 @@ pub fn draw(rows: &[Row<'_>], methods: &[Method]) -> String {
             y: Scale::logarithmic_over(values),
         };
         for index in (1..worlds.len()).step_by(2) {
-            panel.stripe(&mut svg, index as f64, index as f64 + 1.0, "#f4f6f8");
+            panel.stripe(&mut svg, index as f64, index as f64 + 1.0, STRIPE);
         }
         panel.y_grid(&mut svg, true);
         panel.title(&mut svg, &row.title);

@@ -7,7 +7,8 @@ use bnkf_model_export::scoring::means::Means;
 
 use crate::csv_text::{self, csv};
 use crate::method::Method;
-use crate::report::headline::{name, swatched};
+use crate::report::headline::name;
+use crate::report::swatch::swatched;
 use crate::report::table::number;
 use crate::scoring::bin::By;
 use crate::scoring::binned::{BinSums, Pooled, STEPS_MIN, over_rates};

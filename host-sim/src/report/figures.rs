@@ -4,7 +4,7 @@ use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::radar::gaps::SamplingRate;
 use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 
-use super::{Material, SHOWN, by_motion, headline};
+use super::{Material, SHOWN, by_motion, headline, suspected};
 use crate::campaign::Campaign;
 use crate::campaign::cell_summary::CellSummary;
 use crate::campaign::comparison::Comparison;
@@ -12,14 +12,21 @@ use crate::campaign::generalisation::VariedCell;
 use crate::campaign::outcome::Outcome;
 use crate::method::Method;
 use crate::plot::{
-    comparison_figure, flights_figure, gaps_figure, metrics_figure, motion_figure, phases_figure,
-    reliability_figure, runtime_figure, trajectory_figure, variation_figure,
+    comparison_figure, flights_figure, forecast_figure, gaps_figure, metrics_figure, motion_figure,
+    phases_figure, reliability_figure, runtime_figure, trajectory_figure, variation_figure,
 };
 use crate::scenario::radar::Condition;
 use crate::scoring::bin::By;
+use crate::scoring::forecast::ForecastCell;
 
 /// Methods that others are compared with, the first that took part.
 const REFERENCES: [Method; 3] = [Method::EkfTuned, Method::Imm10, Method::Ekf];
+
+/// What captions say of the distance.
+const ED: &str = "ED is the Euclidean distance of an estimate from the truth, metres, here its mean over all steps.";
+/// And of the consistency.
+const NEES: &str = "NEES is the mean of the squared Mahalanobis distance (MD), the error measured in the estimate's own standard \
+                    deviations: 3, one for each axis, if the covariance is right.";
 
 /// A figure, its section on the page and what it says.
 pub(super) struct Figure {
@@ -27,7 +34,7 @@ pub(super) struct Figure {
     pub section: &'static str,
     /// Name of the file, without its ending.
     pub name: String,
-    /// What stands below it.
+    /// What it shows and how to read it, below it.
     pub caption: String,
     /// The drawing.
     pub svg: String,
@@ -64,15 +71,21 @@ pub(super) fn draw(material: &Material<'_>) -> Vec<Figure> {
         add(
             "metrics",
             format!("metrics-{table}"),
-            format!("Angle figures as {spelt}."),
+            format!(
+                "{ED} {NEES} Coverage is the part of the truths inside the 90% ellipsoid. Left of each pair every method, \
+                 right what lies near the best or the ideal, magnified. Angle figures as {spelt}."
+            ),
             metrics_figure::draw(&cells, &floors),
         );
         let full = groups(outcome, &radar.rates, table, 0);
-        let caption = format!("All samples measured; angle figures as {spelt}.");
+        let measured = format!("All samples measured; angle figures as {spelt}.");
         add(
             "reliability",
             format!("reliability-{table}"),
-            caption.clone(),
+            format!(
+                "The squared MD of the truth over a chi-square distribution gives the smallest ellipsoid that holds it. Above every \
+                 method; below, for those near the ideal, how much of the truths lies inside minus what was claimed. {measured}"
+            ),
             reliability_figure::draw(&full),
         );
         if let Some(reference) = reference(&campaign.methods) {
@@ -80,13 +93,16 @@ pub(super) fn draw(material: &Material<'_>) -> Vec<Figure> {
             add(
                 "comparison",
                 format!("comparison-{table}"),
-                caption,
+                format!(
+                    "Difference of the mean ED in per cent of that of {reference}; where a bar holds zero, the flights do not \
+                     decide. {measured}"
+                ),
                 comparison_figure::draw(reference, &groups),
             );
         }
         let sparse = groups(outcome, &radar.rates, table, radar.rates.len() - 1);
         let caption = format!(
-            "Sampling rate {}; angle figures as {spelt}.",
+            "{ED} Left of each pair every method, right what lies near the best. Sampling rate {}; angle figures as {spelt}.",
             radar.rates[radar.rates.len() - 1]
         );
         add(
@@ -100,20 +116,45 @@ pub(super) fn draw(material: &Material<'_>) -> Vec<Figure> {
             add(
                 "motion",
                 format!("{}-{table}", by.label()),
-                format!("Angle figures as {spelt}."),
+                format!("{NEES} Angle figures as {spelt}."),
                 motion_figure::draw(by, &by_noise),
             );
         }
     }
     for noise in NoiseLevel::ALL {
-        let caption = format!("{noise} noise, sampling rate {}.", radar.rates[0]);
+        let caption = format!(
+            "{ED} {NEES} At {noise} noise, sampling rate {}.",
+            radar.rates[0]
+        );
         let svg = variation_figure::draw(
             &variation_rows(campaign, outcome, noise),
             &shown_methods(campaign),
         );
         add("variations", format!("variations-{noise}"), caption, svg);
     }
-    let caption = "Readings far outside the view are counted, not drawn.".to_owned();
+    let ahead: Vec<ForecastCell> = outcome
+        .forecast_cells(radar.tables[0])
+        .into_iter()
+        .filter(|cell| cell.condition.rate == radar.rates[0])
+        .collect();
+    if ahead.iter().any(|cell| cell.metrics.forecasts > 0) {
+        let caption = format!(
+            "{ED} Left of each pair every method, right what lies near the best or the ideal. Sampling rate {}.",
+            radar.rates[0]
+        );
+        add(
+            "forecast-figure",
+            "forecasts".to_owned(),
+            caption,
+            forecast_figure::draw(&ahead),
+        );
+    }
+    if let Some((caption, svg)) = suspected::draw(campaign) {
+        add("suspicion", "suspicion".to_owned(), caption, svg);
+    }
+    let caption = "From above only the tracks near the best are drawn; every method has its panel, and a switch in the view in space \
+                   below. Readings far outside a view are counted, not drawn."
+        .to_owned();
     add(
         "trajectory",
         "trajectory".to_owned(),

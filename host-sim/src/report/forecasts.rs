@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::headline::swatched;
+use super::swatch::swatched;
 use crate::filter::HORIZONS_US;
 use crate::scoring::forecast::ForecastCell;
 

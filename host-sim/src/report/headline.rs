@@ -9,8 +9,8 @@ use crate::campaign::outcome::Outcome;
 use crate::campaign::tuning_choice::Candidate;
 use crate::contest::tuned_on::TunedOn;
 use crate::method::Method;
-use crate::plot::palette::look;
 use crate::plot::svg::escaped;
+use crate::report::swatch::swatched;
 use crate::report::table::number;
 use crate::scenario::radar::Condition;
 
@@ -225,15 +225,6 @@ pub fn name(table: NoiseTable) -> &'static str {
         NoiseTable::Radians => "radians (as the authors' code uses them)",
         NoiseTable::Printed => "degrees (as the paper prints them)",
     }
-}
-
-/// Its colour and its label.
-pub fn swatched(method: Method) -> String {
-    let colour = look(method).colour;
-    format!(
-        "<span class=\"swatch\" style=\"background:{colour}\"></span>{}",
-        escaped(method.label())
-    )
 }
 
 /// The method with the smallest mean ED.

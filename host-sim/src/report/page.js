@@ -51,25 +51,33 @@
   const select = document.getElementById("flight");
   const toggles = document.getElementById("toggles");
   const play = document.getElementById("play");
-  const state = { yaw: 0, pitch: 0, zoom: 1, flight: 0, until: 1, hidden: new Set() };
+  const withRadar = document.getElementById("radar");
+  const state = { yaw: 0, pitch: 0, zoom: 1, flight: 0, until: 1, wide: false, hidden: new Set() };
+  const night = window.matchMedia("(prefers-color-scheme: dark)");
+  const ink = name => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
   data.examples.forEach((example, index) => select.append(new Option(example.title, index)));
-  const methods = data.examples.length ? data.examples[0].tracks.map(track => [track.method, track.colour]) : [];
-  for (const [method, colour] of [["readings", "#9aa0a6"], ...methods]) {
+  const tracks = data.examples.length ? data.examples[0].tracks : [];
+  for (const { method, symbol, shown } of [{ method: "readings", shown: false }, ...tracks]) {
     const label = document.createElement("label");
     const box = document.createElement("input");
     box.type = "checkbox";
-    box.checked = method !== "readings";
-    if (!box.checked) state.hidden.add(method);
+    box.checked = shown;
+    if (!shown) state.hidden.add(method);
     box.addEventListener("change", () => {
       if (box.checked) state.hidden.delete(method); else state.hidden.add(method);
       draw();
     });
-    const swatch = document.createElement("span");
-    swatch.className = "swatch";
-    swatch.style.background = colour;
-    swatch.style.marginRight = "0";
-    label.append(box, swatch, method);
-    label.style.marginRight = "14px";
+    label.append(box);
+    if (symbol) {
+      const space = "http://www.w3.org/2000/svg";
+      const swatch = document.createElementNS(space, "svg");
+      swatch.setAttribute("class", "swatch");
+      const use = document.createElementNS(space, "use");
+      use.setAttribute("href", "#" + symbol);
+      swatch.append(use);
+      label.append(swatch);
+    }
+    label.append(method);
     toggles.append(label);
   }
 
@@ -78,8 +86,9 @@
     for (const [x, y, z] of example.truth) most = Math.max(most, Math.hypot(x, y), z);
     return most;
   };
-  // Radar, flight and its shadow: what the first view holds, and its middle, which turns do not move.
-  const corners = example => [[0, 0, 0], ...example.truth, ...example.truth.map(([x, y]) => [x, y, 0])];
+  // What the view holds, and its middle, which turns do not move: the flight, or the radar and the flight's shadow too.
+  const corners = example => state.wide
+    ? [[0, 0, 0], ...example.truth, ...example.truth.map(([x, y]) => [x, y, 0])] : example.truth;
   const middle = example => [0, 1, 2].map(axis => {
     const values = corners(example).map(point => point[axis]);
     return (Math.min(...values) + Math.max(...values)) / 2;
@@ -97,7 +106,7 @@
     state.pitch = 0.45;
     state.zoom = 1;
     const centre = project(middle(example));
-    state.half = [0, 1].map(axis => Math.max(...corners(example).map(point => Math.abs(project(point)[axis] - centre[axis]))));
+    state.half = [0, 1].map(axis => Math.max(1, ...corners(example).map(point => Math.abs(project(point)[axis] - centre[axis]))));
   };
   const draw = () => {
     const example = data.examples[state.flight];
@@ -109,7 +118,7 @@
     pen.clearRect(0, 0, width, height);
     if (!example) return;
     const far = reach(example);
-    const scale = 0.42 * Math.min(width / state.half[0], height / state.half[1]) * state.zoom;
+    const scale = 0.4 * Math.min(width / state.half[0], height / state.half[1]) * state.zoom;
     const centre = project(middle(example));
     const at = point => {
       const [across, up] = project(point);
@@ -130,11 +139,11 @@
     // Ground: rings around the radar, and axes.
     const step = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000].find(m => far / m <= 4) || far;
     pen.font = "12px Helvetica, Arial, sans-serif";
-    pen.fillStyle = "#5f6368";
+    pen.fillStyle = ink("faint");
     for (let radius = step; radius <= 1.05 * far; radius += step) {
       const ring = [];
       for (let i = 0; i <= 72; i++) ring.push([radius * Math.cos(i * Math.PI / 36), radius * Math.sin(i * Math.PI / 36), 0]);
-      path(ring, "#cfd4da", 1);
+      path(ring, ink("ring"), 1);
       // Named where the ring comes nearest to the viewer on the flight's side.
       const turn = Math.atan2(middle(example)[1], middle(example)[0]) - 0.5;
       const [x, y] = at([radius * Math.cos(turn), radius * Math.sin(turn), 0]);
@@ -142,34 +151,70 @@
     }
     const axis = 0.15 * far;
     for (const [end, name] of [[[axis, 0, 0], "x east"], [[0, axis, 0], "y north"], [[0, 0, axis], "z up"]]) {
-      path([[0, 0, 0], end], "#8a9097", 1.2);
+      path([[0, 0, 0], end], ink("faint"), 1.2);
       const [x, y] = at(end);
       pen.fillText(name, x + 4, y);
     }
     const [x0, y0] = at([0, 0, 0]);
-    pen.fillRect(x0 - 4, y0 - 4, 8, 8);
+    if (x0 > 0 && x0 < width && y0 > 0 && y0 < height) {
+      pen.fillRect(x0 - 4, y0 - 4, 8, 8);
+      pen.fillText("radar", x0 + 8, y0 + 12);
+    } else {
+      // An arrow at the edge: its tip lies towards the radar.
+      const [dx, dy] = [x0 - width / 2, y0 - height / 2];
+      const part = Math.min((width / 2 - 12) / Math.abs(dx), (height / 2 - 12) / Math.abs(dy));
+      const [tx, ty, turned] = [width / 2 + part * dx, height / 2 + part * dy, Math.atan2(dy, dx)];
+      pen.beginPath();
+      for (const [away, aside] of [[0, 0], [-14, 6], [-14, -6]]) {
+        pen.lineTo(tx + away * Math.cos(turned) - aside * Math.sin(turned), ty + away * Math.sin(turned) + aside * Math.cos(turned));
+      }
+      pen.fill();
+      pen.textAlign = dx > 0 ? "right" : "left";
+      pen.fillText("radar", tx - 22 * Math.sign(dx), ty + (dy > 0 ? -12 : 18));
+      pen.textAlign = "left";
+    }
+    // A length to compare with, at right angles to the line of sight.
+    const bar = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].find(m => m * scale >= 60) || 2000;
+    pen.fillRect(16, height - 18, bar * scale, 2);
+    pen.fillText(bar + " m", 16, height - 24);
     // Shadow of the truth on the ground and a few plumb lines give depth.
     const count = Math.max(2, Math.round(state.until * example.truth.length));
     const truth = example.truth.slice(0, count);
-    path(truth.map(([x, y]) => [x, y, 0]), "#b8bcc2", 1, [3, 3]);
-    for (let i = 0; i < truth.length; i += 15) path([truth[i], [truth[i][0], truth[i][1], 0]], "#d8dce0", 1);
+    path(truth.map(([x, y]) => [x, y, 0]), ink("rule"), 1, [3, 3]);
+    for (let i = 0; i < truth.length; i += 15) path([truth[i], [truth[i][0], truth[i][1], 0]], ink("line"), 1);
     if (!state.hidden.has("readings")) {
-      pen.fillStyle = "#9aa0a6";
+      pen.fillStyle = ink("dot");
       for (const [index, point] of example.readings) {
         if (index >= count) break;
         const [x, y] = at(point);
         pen.fillRect(x - 1.5, y - 1.5, 3, 3);
       }
     }
-    path(truth, "#c3c8ce", 7);
+    path(truth, ink("truth"), 7);
     for (const track of example.tracks) {
-      if (!state.hidden.has(track.method)) path(track.points.slice(0, count - 1), track.colour, 1.4);
+      const points = track.points.slice(0, count - 1);
+      if (state.hidden.has(track.method) || !points.length) continue;
+      const colour = night.matches ? track.night : track.colour;
+      path(points, colour, 1.6, track.dash);
+      // Its marker where it is now, as in the figures.
+      pen.save();
+      pen.translate(...at(points[points.length - 1]));
+      const marker = new Path2D(track.marker);
+      pen.fillStyle = track.hollow ? ink("soft") : colour;
+      pen.strokeStyle = track.hollow ? colour : ink("soft");
+      pen.lineWidth = track.hollow ? 1.6 : 1;
+      pen.fill(marker);
+      pen.stroke(marker);
+      pen.restore();
     }
-    const [x, y] = at(truth[truth.length - 1]);
+    const [x, y] = at(truth[0]);
     pen.beginPath();
     pen.arc(x, y, 5, 0, 2 * Math.PI);
-    pen.fillStyle = "#1a1a1a";
-    pen.fill();
+    pen.strokeStyle = ink("ink");
+    pen.lineWidth = 1.6;
+    pen.stroke();
+    pen.fillStyle = ink("ink");
+    pen.fillText("start", x + 8, y - 8);
     canvas.dataset.drawn = String(Number(canvas.dataset.drawn || 0) + 1);
   };
 
@@ -195,6 +240,8 @@
   });
   for (const name of ["pointerup", "pointercancel"]) canvas.addEventListener(name, () => { last = null; });
   canvas.addEventListener("wheel", event => {
+    // Who only scrolls past goes on scrolling.
+    if (document.activeElement !== canvas && !event.ctrlKey) return;
     event.preventDefault();
     zoom(Math.exp(-0.0012 * event.deltaY));
   }, { passive: false });
@@ -237,6 +284,13 @@
     home();
     draw();
   });
+  withRadar.addEventListener("click", () => {
+    state.wide = !state.wide;
+    withRadar.setAttribute("aria-pressed", String(state.wide));
+    home();
+    draw();
+  });
+  night.addEventListener("change", draw);
   window.addEventListener("resize", draw);
   show("ed_mean_m");
   home();

@@ -1,7 +1,7 @@
 //! The report's page: the template with its places filled.
 
 use super::figures::Figure;
-use super::{Material, by_motion, forecasts, headline, space};
+use super::{Material, by_motion, forecasts, headline, space, swatch};
 use crate::campaign::cell_summary::CellSummary;
 use crate::campaign::outcome::{Cluster, Outcome};
 use crate::plot::svg::escaped;
@@ -38,6 +38,7 @@ pub(super) fn page(material: &Material<'_>, figures: &[Figure]) -> String {
     );
     fill("lead", &escaped(&lead(material)));
     fill("note", &note(provenance));
+    fill("symbols", &swatch::symbols(&campaign.methods));
     fill("tables", &tables);
     fill("lost", &headline::lost(&outcome.cells));
     fill("tuning", &tuning(provenance));
@@ -49,6 +50,8 @@ pub(super) fn page(material: &Material<'_>, figures: &[Figure]) -> String {
         "comparison",
         "phases",
         "motion",
+        "forecast-figure",
+        "suspicion",
         "variations",
         "flights",
         "gaps",
@@ -58,10 +61,11 @@ pub(super) fn page(material: &Material<'_>, figures: &[Figure]) -> String {
         let html: String = own
             .map(|figure| {
                 format!(
-                    "<figure>\n{}<figcaption>{} ({}.svg)</figcaption></figure>\n",
+                    "<figure>\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{0}\">{1}</div>\
+                     <figcaption>{2} ({0}.svg)</figcaption></figure>\n",
+                    figure.name,
                     figure.svg,
                     escaped(&figure.caption),
-                    figure.name
                 )
             })
             .collect();

@@ -6,7 +6,10 @@ use crate::campaign::outcome::Outcome;
 use crate::contest::example::Example;
 use crate::contest::track::position_of;
 use crate::method::Method;
+use crate::plot::ink::at_night;
 use crate::plot::palette::look;
+use crate::plot::view_from_above;
+use crate::report::swatch;
 use crate::scoring::cell::CellMetrics;
 
 #[derive(Serialize)]
@@ -26,7 +29,17 @@ struct Flight {
 #[derive(Serialize)]
 struct Track {
     method: Method,
+    /// Name of its symbol.
+    symbol: String,
+    /// Whether it is drawn before anybody asks for it.
+    shown: bool,
     colour: &'static str,
+    night: String,
+    /// Lengths of dash and blank.
+    dash: Vec<f64>,
+    /// Outline of the marker at its end, and whether it is filled with paper.
+    marker: String,
+    hollow: bool,
     points: Vec<[f64; 3]>,
 }
 
@@ -42,6 +55,7 @@ pub fn data(outcome: &Outcome, examples: &[Example<'_>]) -> String {
 }
 
 fn flight(example: &Example<'_>) -> Flight {
+    let near = view_from_above::shown(example);
     let readings = example.readings.iter().enumerate();
     Flight {
         title: format!(
@@ -62,13 +76,23 @@ fn flight(example: &Example<'_>) -> Flight {
         tracks: example
             .tracks
             .iter()
-            .map(|(method, steps)| Track {
-                method: *method,
-                colour: look(*method).colour,
-                points: steps
-                    .iter()
-                    .map(|step| centimetres(step.position_m.into()))
-                    .collect(),
+            .map(|(method, steps)| {
+                let look = look(*method);
+                let lengths = look.dash.split_whitespace();
+                Track {
+                    method: *method,
+                    symbol: swatch::id(*method),
+                    shown: near.contains(method),
+                    colour: look.colour,
+                    night: at_night(look.colour),
+                    dash: lengths.filter_map(|length| length.parse().ok()).collect(),
+                    marker: look.marker.outline(5.0),
+                    hollow: look.marker.hollow || look.marker.is_of_lines(),
+                    points: steps
+                        .iter()
+                        .map(|step| centimetres(step.position_m.into()))
+                        .collect(),
+                }
             })
             .collect(),
     }
