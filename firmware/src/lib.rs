@@ -108,7 +108,7 @@
 //! # Features
 //!
 //! The first three are on by default. Without them the image of the recursive tracker is 79 KB of code in place of
-//! 118, and needs 7.9 KB of memory in place of 13.6; what is left out is refused ([`Part`]).
+//! 122, and needs 7.9 KB of memory in place of 13.6; what is left out is refused ([`Part`]).
 //!
 //! | feature | what |
 //! |---|---|

@@ -265,7 +265,8 @@ impl<'a> Network<'a> {
     }
 
     /// What layer `index` of those to `last` ends in, unless it was done by [`Network::gelu_follows`].
-    #[inline]
+    // Once in flash, and off the stack of the passes.
+    #[inline(never)]
     fn activate_others(
         &self,
         index: usize,
