@@ -13,14 +13,14 @@ const REDUCED_MAX: f32 = 3000.0;
 
 /// A quarter turn as three numbers of few bits, whose products with up to 2,000 quarters are exact or
 /// small (Cody and Waite, Software Manual for the Elementary Functions, 1980).
-const QUARTER: [f32; 3] = [1.570_312_5, 4.837_512_97e-4, 7.549_789_95e-8];
+const QUARTER: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
 
 /// Added and taken off, rounds a number below 2^22 to an integer.
 const ROUND: f32 = 12_582_912.0;
 
 /// Least largest relative error over an eighth of a turn, by Remez's exchange: 4e-9 for the sine, 1e-10 for
 /// the cosine.
-const SINE: [f32; 3] = [-0.166_666_55, 8.332_160_3e-3, -1.951_521_8e-4];
+const SINE: [f32; 3] = [-0.166_666_55, 8.332_16e-3, -1.951_521_8e-4];
 const COSINE: [f32; 3] = [4.166_664_6e-2, -1.388_731_6e-3, 2.443_308_3e-5];
 
 /// Sine and cosine of radians, within 1.2e-7 of the true ones for angles within 100 rad and within 3e-7 up

@@ -42,13 +42,8 @@ impl LastReading {
     fn take(&mut self, reading: &Reading) {
         let across_m = reading.range_m * reading.sigma_azimuth_rad.max(reading.sigma_elevation_rad);
         let variance_m2 = reading.sigma_range_m.max(across_m).powi(2);
-        let estimate = PositionEstimate {
-            position_m: position_of(reading),
-            covariance_m2: Matrix3::identity() * variance_m2,
-            nis: None,
-            fate: None,
-            outside: false,
-        };
+        let covariance_m2 = Matrix3::identity() * variance_m2;
+        let estimate = PositionEstimate::new(position_of(reading), covariance_m2);
         self.latest = Some((reading.time_us, estimate));
     }
 }

@@ -73,6 +73,17 @@ pub struct PositionEstimate {
 }
 
 impl PositionEstimate {
+    /// An estimate of a method that does not predict and refuses nothing: a position, m, and its covariance, m^2.
+    pub fn new(position_m: Vector3<f64>, covariance_m2: Matrix3<f64>) -> Self {
+        Self {
+            position_m,
+            covariance_m2,
+            nis: None,
+            fate: None,
+            outside: false,
+        }
+    }
+
     /// Whether its innovation, if there is one, is below `limit`.
     pub fn nis_is_below(&self, limit: f64) -> bool {
         self.nis.is_none_or(|nis| nis.value < limit)

@@ -37,7 +37,8 @@ mod tests {
     #[test]
     fn every_number_is_mapped_and_nan_stays() {
         let x = [-7.0, -0.4, 0.0, 0.3, 6.0, f32::INFINITY];
-        let functions: [(Activation, fn(f32) -> f32); 4] = [
+        type Function = fn(f32) -> f32;
+        let functions: [(Activation, Function); 4] = [
             (Activation::Gelu, gelu),
             (Activation::Relu, |x| x.max(0.0)),
             (Activation::Tanh, tanh),

@@ -44,12 +44,10 @@ impl<const N: usize> Gaussian<N> {
         if !self.mean.iter().all(finite) || !self.covariance.iter().all(finite) {
             return Err(FilterError::NotFinite);
         }
+        let covariance_m2 = self.covariance.fixed_view::<3, 3>(0, 0).into_owned();
         Ok(PositionEstimate {
-            position_m: self.position_m(),
-            covariance_m2: self.covariance.fixed_view::<3, 3>(0, 0).into_owned(),
             nis,
-            fate: None,
-            outside: false,
+            ..PositionEstimate::new(self.position_m(), covariance_m2)
         })
     }
 }

@@ -51,13 +51,10 @@ impl Rule {
         let (z, sigma) = (&observation.z, &observation.sigma);
         match self {
             Self::Converted => converted(observation, z[2], &sigma.fixed_rows::<3>(0).into()),
-            Self::PopulationMean => PositionEstimate {
-                position_m: prior.position_mean_m.into(),
-                covariance_m2: prior.position_covariance_m2.into(),
-                nis: None,
-                fate: None,
-                outside: false,
-            },
+            Self::PopulationMean => PositionEstimate::new(
+                prior.position_mean_m.into(),
+                prior.position_covariance_m2.into(),
+            ),
             Self::ConstantRange => {
                 let range = prior.range_m;
                 let spherical_sigma = Vector3::new(sigma[0], sigma[1], range.sigma);
@@ -76,13 +73,10 @@ fn converted(observation: &Observation, range_m: f64, sigma: &Vector3<f64>) -> P
     let lever_m = range_m.hypot(sigma[2]);
     let j = cartesian_jacobian(elevation_rad, azimuth_rad, lever_m);
     let variance = Matrix3::from_diagonal(&sigma.component_mul(sigma));
-    PositionEstimate {
-        position_m: cartesian(elevation_rad, azimuth_rad, range_m) + observation.position_m,
-        covariance_m2: symmetric(&(j * variance * j.transpose())),
-        nis: None,
-        fate: None,
-        outside: false,
-    }
+    PositionEstimate::new(
+        cartesian(elevation_rad, azimuth_rad, range_m) + observation.position_m,
+        symmetric(&(j * variance * j.transpose())),
+    )
 }
 
 /// A [`Rule`] as a method under test.

@@ -170,13 +170,7 @@ impl PopulationPrior {
             .map(|p| (p - mean) * (p - mean).transpose())
             .sum::<Matrix3<f64>>()
             / 6.0;
-        PositionEstimate {
-            position_m: mean + observation.position_m,
-            covariance_m2: symmetric(&covariance),
-            nis: None,
-            fate: None,
-            outside: false,
-        }
+        PositionEstimate::new(mean + observation.position_m, symmetric(&covariance))
     }
 
     /// [`Self::fused_position`] with the population's velocity, corrected by the range-rate.

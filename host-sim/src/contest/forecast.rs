@@ -71,13 +71,7 @@ mod tests {
     }
 
     fn here(x: f64) -> PositionEstimate {
-        PositionEstimate {
-            position_m: Vector3::new(x, 0.0, 5.0),
-            covariance_m2: Matrix3::identity() * 4.0,
-            nis: None,
-            fate: None,
-            outside: false,
-        }
+        PositionEstimate::new(Vector3::new(x, 0.0, 5.0), Matrix3::identity() * 4.0)
     }
 
     impl Filter for Stubborn {

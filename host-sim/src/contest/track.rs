@@ -159,13 +159,10 @@ pub(super) fn score_or_hold(
 /// The reading in Cartesian coordinates, with its range sigma on every axis.
 fn place_of(reading: &Reading) -> PositionEstimate {
     let [elevation, azimuth, range, _] = reading.vectors().measured;
-    PositionEstimate {
-        position_m: cartesian(elevation, azimuth, range),
-        covariance_m2: Matrix3::identity() * reading.vectors().sigmas[2].powi(2),
-        nis: None,
-        fate: None,
-        outside: false,
-    }
+    PositionEstimate::new(
+        cartesian(elevation, azimuth, range),
+        Matrix3::identity() * reading.vectors().sigmas[2].powi(2),
+    )
 }
 
 /// The reading's position in Cartesian coordinates, metres.

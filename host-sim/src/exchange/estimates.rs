@@ -200,11 +200,5 @@ fn estimate(
             "the covariance is not positive definite".to_owned(),
         ));
     }
-    Ok(PositionEstimate {
-        position_m,
-        covariance_m2,
-        nis: None,
-        fate: None,
-        outside: false,
-    })
+    Ok(PositionEstimate::new(position_m, covariance_m2))
 }

@@ -27,13 +27,11 @@ static TABLE: [f32; ENTRIES] = {
 pub fn tanh(x: f32) -> f32 {
     const LIMIT_F32: f32 = LIMIT as f32;
     let magnitude = x.abs();
-    // Also where it is NaN.
-    if !(magnitude < LIMIT_F32) {
-        return if magnitude >= LIMIT_F32 {
-            1.0_f32.copysign(x)
-        } else {
-            x
-        };
+    if magnitude >= LIMIT_F32 {
+        return 1.0_f32.copysign(x);
+    }
+    if x.is_nan() {
+        return x;
     }
     let position = magnitude * STEPS_PER_UNIT as f32;
     let index = (position as usize).min(ENTRIES - 2);
