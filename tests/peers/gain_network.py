@@ -21,7 +21,7 @@ def create(key):
     keys = jax.random.split(key, 4)
     params = {
         "cell": recurrent.gru(keys[0], INPUTS, UNITS),
-        "head": recurrent.dense(keys[1], UNITS + INPUTS, 24, 0.1),
+        "head": recurrent.dense(keys[1], UNITS + INPUTS, 24, 0.01),
         "doubt": recurrent.dense(keys[2], UNITS + INPUTS, 32),
         "factor": recurrent.dense(keys[3], 32, 6, 0.1),
     }
@@ -45,10 +45,12 @@ def step(params, known, state, seen):
     r, _ = polar.fused(z[0], sigma[0], known[0], known[1], jnp)
     el, _ = polar.fused(z[1], sigma[1], known[2], known[3], jnp)
     predicted = jnp.where(first, polar.cartesian(r, el, z[2], jnp), state["mean"] + dt * state["velocity"])
-    velocity = state["velocity"]
-    r, el, az, rate = polar.polar(predicted, velocity, jnp)
+    r, el, az, _ = polar.polar(predicted, predicted, jnp)
     r = jnp.maximum(r, 1.0)
     frame = polar.axes(el, az, jnp)
+    outbound, _ = polar.fused(z[3], sigma[3], 0.0, 1.5, jnp)
+    velocity = jnp.where(first, outbound * frame[:, 0], state["velocity"])
+    rate = velocity @ frame[:, 0]
     # Range, azimuth, elevation, range-rate: the order of the axes.
     nu = jnp.stack([z[0] - r, polar.wrapped(z[2] - az, jnp), polar.wrapped(z[1] - el, jnp), z[3] - rate])
     noise = jnp.stack([sigma[0], sigma[2], sigma[1], sigma[3]])
@@ -66,9 +68,11 @@ def step(params, known, state, seen):
     ])
     h = recurrent.step(params["cell"], state["h"], inputs)
     both = jnp.concatenate([h, inputs])
-    # The gain in metres and m/s for an innovation of one sigma.
-    per = jnp.concatenate([spread / metres, rate_spread[None] / noise[3:]])
-    gain = recurrent.apply(params["head"], both).reshape(6, 4) * jnp.concatenate([spread, jnp.stack([rate_spread, 0.5, 0.5])])[:, None] * per
+    # The gain in metres and m/s for an innovation of one sigma; a range-rate moves nothing farther than its own error.
+    near, slow = jnp.minimum(spread, 0.3 * rate_spread), jnp.stack([rate_spread, 0.5, 0.5])
+    of_places = jnp.concatenate([spread, slow])[:, None] * (spread / metres)
+    of_rate = jnp.concatenate([near, jnp.full(3, rate_spread)])[:, None] * (rate_spread / noise[3])
+    gain = recurrent.apply(params["head"], both).reshape(6, 4) * jnp.concatenate([of_places, of_rate], axis=1)
     corrected = gain @ nu
     mean = predicted + frame @ corrected[:3]
     velocity = velocity + frame @ corrected[3:]

@@ -31,7 +31,7 @@ def read(*paths):
 
 def notes(work, name, part="full"):
     """Times that were written beside estimates."""
-    path = run.estimates(part, name)
+    path = run.estimates(part, name, work)
     return json.loads(path.with_name(f"{path.name}.json").read_text())
 
 
@@ -74,8 +74,8 @@ def differences(comparisons, rate):
             low, middle, high = (float(found[0][key]) for key in ("low_m", "ed_difference_m", "high_m"))
             if found[0]["b"] == "recursive":
                 low, middle, high = -high, -middle, -low
-            said = "**" if low > 0 else ""
-            line.append(f"{said}{middle:+.3f} ({low:+.3f} to {high:+.3f}){said}")
+            said, digits = "**" if low > 0 else "", 4 if noise == "low" else 3
+            line.append(f"{said}{middle:+.{digits}f} ({low:+.{digits}f} to {high:+.{digits}f}){said}")
         else:
             rows.append(line)
     return table(["recursive minus", *(f"{noise} noise" for noise in LEVELS)], rows)

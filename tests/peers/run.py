@@ -26,13 +26,15 @@ WORK, VENV = ROOT / "target" / "peers", ROOT / "target" / "peers-venv"
 RATES = {"full": "[1.0]", "gaps": "[0.75, 0.5]"}
 FLIGHTS, FLIGHTS_SEED = 6000, 424242
 # Updates for all noise levels, then for each.
-UPDATES = {"gru": (4000, 2000), "gain": (2500, 1200), "forecast": (1500, 700)}
+UPDATES = {"gru": (3000, 1500), "gain": (2000, 800), "forecast": (1000, 400)}
 ESTIMATES = {
     "GRU": ("gru", ["low", "medium", "high"]),
     "GRU of all levels": ("gru", ["all"]),
     "KalmanNet": ("gain", ["low", "medium", "high"]),
 }
 CLASSICAL = {"Stone Soup EKF": "ekf", "Stone Soup UKF": "ukf", "FilterPy IMM": "imm"}
+# What the rest rests on; its examples are run before everything else.
+CHECKED = ["polar", "simulated", "whole"]
 ONE_THREAD = {
     "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1", "JAX_PLATFORMS": "cpu",
     "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "RAYON_NUM_THREADS": "1",
@@ -86,8 +88,8 @@ def make_flights(model_export):
     shutil.rmtree(WORK / "flights")
 
 
-def estimates(part, name):
-    return WORK / "estimates" / part / f"{name.replace(' ', '-')}.csv"
+def estimates(part, name, work=WORK):
+    return work / "estimates" / part / f"{name.replace(' ', '-')}.csv"
 
 
 def weights(peer):
@@ -134,6 +136,8 @@ def main():
         binaries = ROOT / "target" / "release"
     host_sim, model_export = (binaries.resolve() / name for name in ("host-sim", "model-export"))
     stage([VENV / "complete"], make_venv)
+    for module in CHECKED:
+        call(VENV / "bin" / "python", "-m", "doctest", HERE / f"{module}.py")
     stage([WORK / "flights.npz"], lambda: make_flights(model_export))
     for part in RATES:
         make_scenario(part)

@@ -2,7 +2,8 @@
 
     python train.py gru|gain|forecast FLIGHTS.npz FOLDER UPDATES UPDATES_PER_LEVEL
 
-FOLDER/PEER-LEVEL.npz; what is there is not trained again. Adam with a cosine fall of the rate, gradients clipped to norm 1.
+FOLDER/PEER-LEVEL.npz; what is there is not trained again. Adam with a cosine fall of the rate, gradients clipped to norm 1,
+left out where they are not finite.
 The last 300 flights are never trained on: the loss on them is printed and kept. Training time is the processor's.
 """
 
@@ -50,7 +51,7 @@ class Trainer:
         data = {name: np.asarray(file[name]) for name in ("position", "velocity")}
         self.held, self.data = ({name: part(x) for name, x in data.items()} for part in (lambda x: x[-HELD_OUT:], lambda x: x[:-HELD_OUT]))
         self.known = jnp.asarray(file["population"])
-        self.rule = optax.chain(optax.clip_by_global_norm(1.0), optax.scale_by_adam(b2=0.995))
+        self.rule = optax.apply_if_finite(optax.chain(optax.clip_by_global_norm(1.0), optax.scale_by_adam(b2=0.995)), 20)
         self.update = jax.jit(self.updated)
 
     def cost(self, params, flights):
@@ -71,7 +72,7 @@ class Trainer:
             flights = simulated.batch(rng, self.data, SIZE, number)
             params, state, value = self.update(params, state, flights, fall(count, updates, peak))
             recent.append(value)
-            if count % max(1, updates // 10) == 0:
+            if count == 20 or count % max(1, updates // 10) == 0:
                 print(f"{self.peer} {level}: update {count}/{updates}, loss {float(np.mean(recent)):.4f}, {time.process_time() - began:.0f} s", flush=True)
                 recent = []
         seconds = time.process_time() - began
