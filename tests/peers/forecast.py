@@ -26,7 +26,7 @@ def places(known, z, sigma):
     """Positions (..., 3) of readings and their standard deviations along the line of sight's axes."""
     r, sr = polar.fused(z[..., 0], sigma[..., 0], known[0], known[1], jnp)
     el, se = polar.fused(z[..., 1], sigma[..., 1], known[2], known[3], jnp)
-    spread = jnp.stack([sr, jnp.minimum(r * jnp.cos(el) * sigma[..., 2], 20.0), r * se], axis=-1)
+    spread = jnp.stack([sr, jnp.clip(r * jnp.cos(el), 0.05 * r, 20.0 / sigma[..., 2]) * sigma[..., 2], r * se], axis=-1)
     return polar.cartesian(r, el, z[..., 2], jnp), spread
 
 

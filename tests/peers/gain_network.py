@@ -55,7 +55,7 @@ def step(params, known, state, seen):
     nu = jnp.stack([z[0] - r, polar.wrapped(z[2] - az, jnp), polar.wrapped(z[1] - el, jnp), z[3] - rate])
     noise = jnp.stack([sigma[0], sigma[2], sigma[1], sigma[3]])
     nu = jnp.where(there & ~first, nu / noise, 0.0)
-    metres = noise[:3] * jnp.stack([1.0, r * jnp.cos(el), r])
+    metres = noise[:3] * jnp.stack([1.0, r * jnp.maximum(jnp.cos(el), 0.05), r])
     unknown = jnp.stack([known[1], 20.0, r * known[3]])
     spread = metres * unknown / jnp.sqrt(metres**2 + unknown**2)
     rate_spread = noise[3] * 1.5 / jnp.sqrt(noise[3] ** 2 + 1.5**2)

@@ -36,7 +36,7 @@ def step(params, known, state, seen):
     r, sr = polar.fused(z[0], sigma[0], known[0], known[1], jnp)
     el, se = polar.fused(z[1], sigma[1], known[2], known[3], jnp)
     reading = polar.cartesian(r, el, z[2], jnp)
-    scale = jnp.stack([sr, jnp.minimum(r * jnp.cos(el) * sigma[2], 20.0), r * se])
+    scale = jnp.stack([sr, jnp.clip(r * jnp.cos(el), 0.05 * r, 20.0 / sigma[2]) * sigma[2], r * se])
     silent_s = jnp.where(there, 0.0, state["silent_s"] + dt)
     anchor = jnp.where(there, reading, state["mean"])
     last = jnp.where(first, reading, state["mean"])

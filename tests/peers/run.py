@@ -26,7 +26,7 @@ WORK, VENV = ROOT / "target" / "peers", ROOT / "target" / "peers-venv"
 RATES = {"full": "[1.0]", "gaps": "[0.75, 0.5]"}
 FLIGHTS, FLIGHTS_SEED = 6000, 424242
 # Updates for all noise levels, then for each.
-UPDATES = {"gru": (3000, 1500), "gain": (2000, 800), "forecast": (1000, 400)}
+UPDATES = {"gru": (5000, 2500), "gain": (3000, 1500), "forecast": (1500, 600)}
 ESTIMATES = {
     "GRU": ("gru", ["low", "medium", "high"]),
     "GRU of all levels": ("gru", ["all"]),
@@ -38,6 +38,7 @@ CHECKED = ["polar", "simulated", "whole"]
 ONE_THREAD = {
     "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1", "JAX_PLATFORMS": "cpu",
     "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "RAYON_NUM_THREADS": "1",
+    "JAX_COMPILATION_CACHE_DIR": str(WORK / "compiled"),
 }
 
 

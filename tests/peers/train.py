@@ -20,7 +20,7 @@ import optax
 import simulated
 import whole
 
-HELD_OUT, SIZE, RATE, SEED = 300, 64, 2e-3, 1
+HELD_OUT, SIZE, RATE, SEED = 300, 64, 1e-3, 1
 MODULES = {"gru": "gru", "gain": "gain_network", "forecast": "forecast"}
 # What distances are weighed by, m: about those of a tuned filter.
 TYPICAL_M = jnp.array([0.13, 1.2, 4.5, 0.1])
