@@ -11,7 +11,7 @@ from scipy.linalg import expm
 import polar
 
 WHAT = "q (m^2/s^3), full turn rate (rad/s), damping (1/s):"
-GRID = [(q, turn, damping) for q in (0.2, 0.7, 2.0) for turn, damping in ((0.6, 0.05), (1.2, 0.05), (1.2, 0.3))]
+GRID = [(q, turn, damping) for q in (0.3, 1.0) for turn, damping in ((0.6, 0.1), (1.2, 0.1), (1.2, 0.4))]
 SOJOURN_S, PARTS = 3.0, [0.0, -0.5, 0.5, -1.0, 1.0]
 
 

@@ -74,8 +74,9 @@ def step(params, known, state, seen):
     of_rate = jnp.concatenate([near, jnp.full(3, rate_spread)])[:, None] * (rate_spread / noise[3])
     gain = recurrent.apply(params["head"], both).reshape(6, 4) * jnp.concatenate([of_places, of_rate], axis=1)
     corrected = gain @ nu
-    mean = predicted + frame @ corrected[:3]
-    velocity = velocity + frame @ corrected[3:]
+    # Far beyond any flight: a gain that is not stable yet must not end in numbers that are none, which teach nothing.
+    mean = jnp.clip(predicted + frame @ corrected[:3], -150.0, 150.0)
+    velocity = jnp.clip(velocity + frame @ corrected[3:], -20.0, 20.0)
     doubt = jnp.tanh(recurrent.apply(params["doubt"], jax.lax.stop_gradient(both)))
     factor = recurrent.factor(recurrent.apply(params["factor"], doubt))
     new = {
