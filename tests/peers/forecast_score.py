@@ -83,9 +83,13 @@ def main():
             velocity = np.array([[velocity[name, k] for k in range(cell["t"].shape[1])] for name in cell["flight"]])
             clean = np.stack(polar.polar(cell["truth"], velocity), axis=-1), np.full_like(cell["sigma"], 1e-3) * [1, 1e-3, 1e-3, 1e-2]
             score("clean", "GRU of clean positions", network(folder, "clean", known, *clean), truth)
+        z, sigma, fused = cell["z"], cell["sigma"], cell["z"].copy()
+        for channel in (0, 1):
+            mean, sd = np.asarray(known)[2 * channel : 2 * channel + 2]
+            fused[..., channel] = polar.fused(z[..., channel], sigma[..., channel], mean, sd)[0]
         score(noise, "recursive", recursive(host_sim, cell, folder), truth)
-        score(noise, "GRU of readings", network(folder, noise, known, cell["z"], cell["sigma"]), truth)
-        score(noise, "GRU of clean positions", network(folder, "clean", known, cell["z"], np.broadcast_to(clean[1], cell["sigma"].shape)), truth)
+        score(noise, "GRU of readings", network(folder, noise, known, z, sigma), truth)
+        score(noise, "GRU of clean positions", network(folder, "clean", known, fused, clean[1]), truth)
     with whole.writing(out) as file:
         table = csv.writer(file)
         table.writerow(["noise", "method", "horizon_s", "ed_mean_m", "ed_low_m", "ed_high_m"])
