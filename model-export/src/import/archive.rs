@@ -101,7 +101,12 @@ impl<'a> Archive<'a> {
             entries.push(entry);
             left = rest;
         }
-        Ok(Self { bytes, entries })
+        // Entries that share bytes could be read for ever.
+        let sizes = entries.iter().map(|entry| entry.size);
+        match sizes.reduce(usize::saturating_add) {
+            Some(all) if all > bytes.len() => Err(ArchiveError::Directory),
+            _ => Ok(Self { bytes, entries }),
+        }
     }
 
     /// Names of the entries, in order.
@@ -224,6 +229,16 @@ pub mod tests {
             let refused = Archive::parse(&changed).unwrap().read("one");
             assert_eq!(refused, Err(ArchiveError::Compressed("one".into())), "{at}");
         }
+    }
+
+    /// A few bytes under many names would be many bytes to check.
+    #[test]
+    fn entries_do_not_share_bytes() {
+        let mut bytes = zipped(&[("a", &[7; 4000]), ("b", b"")]);
+        let entry = bytes.len() - END_LEN - DIRECTORY_LEN - 1;
+        let size = 4000_u32.to_le_bytes();
+        bytes[entry + 20..entry + 28].copy_from_slice(&size.repeat(2));
+        assert_eq!(Archive::parse(&bytes).unwrap_err(), ArchiveError::Directory);
     }
 
     #[test]

@@ -3,6 +3,8 @@
 use super::archive::{Archive, ArchiveError};
 use super::pickle::{self, PickleError};
 use super::tensor::{Tensor, TensorError};
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 /// How such files begin; those before version 1.6 of PyTorch, a pickle as a whole, do not.
 pub const MAGIC: [u8; 4] = *b"PK\x03\x04";
@@ -57,8 +59,15 @@ pub fn parse(bytes: &[u8]) -> Result<Vec<Tensor>, TorchFileError> {
         return Err(TorchFileError::PickleBytes);
     }
     let records = pickle::state_dict(pickle)?;
+    // Each is checked once, however many tensors lie in it.
+    let mut storages = BTreeMap::new();
+    for record in &records {
+        if let Entry::Vacant(place) = storages.entry(record.storage) {
+            place.insert(archive.read(&format!("{folder}data/{}", record.storage))?);
+        }
+    }
     let tensor = |record: pickle::TensorRecord<'_>| {
-        let storage = archive.read(&format!("{folder}data/{}", record.storage))?;
+        let storage = storages.get(record.storage).copied().unwrap_or_default();
         let (shape, strides) = (&record.shape, &record.strides);
         let numbers = (record.format, storage);
         Tensor::gather(record.name, numbers, record.offset, shape, strides).map_err(|cause| {
