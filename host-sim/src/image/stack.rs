@@ -138,7 +138,6 @@ fn functions(elf: &object::File<'_>) -> Result<BTreeMap<u32, Function>, StackErr
 
 /// What the function at an address takes with all that it calls, at most so many calls deeper.
 fn bound(functions: &mut BTreeMap<u32, Function>, at: u32, deeper: u16) -> Result<u32, StackError> {
-    // A place within a function is one of its own jumps, or a panic's, neither of which counts.
     let Some(function) = functions.get_mut(&at) else {
         return Ok(0);
     };
@@ -161,8 +160,12 @@ fn bound(functions: &mut BTreeMap<u32, Function>, at: u32, deeper: u16) -> Resul
     let takes = function.takes;
     let goes = std::mem::take(&mut function.goes);
     let mut deepest = 0;
-    for to in goes.into_iter().filter(|&to| to != at) {
-        deepest = deepest.max(bound(functions, to, deeper - 1)?);
+    for to in goes {
+        // A place within a function is that function's; one within this one is a jump.
+        let place = functions.range(..=to).next_back().map(|(&place, _)| place);
+        if let Some(place) = place.filter(|&place| place != at) {
+            deepest = deepest.max(bound(functions, place, deeper - 1)?);
+        }
     }
     let whole = takes.saturating_add(deepest);
     if let Some(function) = functions.get_mut(&at) {
@@ -192,7 +195,7 @@ mod tests {
     #[test]
     fn the_deepest_way_counts_and_a_panic_does_not() {
         let mut functions = program(&[
-            (0, "Reset", 8, &[100, 200, 4]),
+            (0, "Reset", 8, &[104, 200, 4]),
             (100, "shallow", 50, &[300]),
             (200, "deep", 20, &[300, 400, 500, 200]),
             (300, "leaf", 10, &[]),
