@@ -54,6 +54,8 @@ pub enum StackError {
 #[derive(Debug, Default)]
 struct Function {
     name: String,
+    /// Where it ends: up to the next one lie instructions that are never reached.
+    end: u32,
     /// Bytes that it takes, all its branches together.
     takes: u32,
     /// Addresses that it calls or jumps to, its own among them.
@@ -90,11 +92,12 @@ fn functions(elf: &object::File<'_>) -> Result<BTreeMap<u32, Function>, StackErr
         if name.starts_with("$t") || name.starts_with("$d") {
             is_code.insert(at, name.starts_with("$t"));
         } else if symbol.kind() == SymbolKind::Text {
-            // The lowest bit says Thumb. Of several names the first in the alphabet.
-            let place: &mut String = names.entry(at & !1).or_default();
-            if place.is_empty() || name < place.as_str() {
-                name.clone_into(place);
+            // The lowest bit says Thumb. Of several names the first in the alphabet, of their sizes the largest.
+            let (own, size): &mut (String, u32) = names.entry(at & !1).or_default();
+            if own.is_empty() || name < own.as_str() {
+                name.clone_into(own);
             }
+            *size = symbol.size().try_into().unwrap_or(u32::MAX).max(*size);
         }
     }
     for section in elf.sections().filter(|s| s.kind() == SectionKind::Text) {
@@ -108,11 +111,16 @@ fn functions(elf: &object::File<'_>) -> Result<BTreeMap<u32, Function>, StackErr
         let (mut own, mut code) = (None, true);
         for (&at, end) in edges.iter().zip(ends) {
             code = is_code.get(&at).copied().unwrap_or(code);
-            if let Some(name) = names.get(&at) {
+            if let Some((name, size)) = names.get(&at) {
                 own = Some(at);
-                let name = name.clone();
                 let function = Function {
-                    name,
+                    name: name.clone(),
+                    // Of handwritten ones no size is known.
+                    end: if *size == 0 {
+                        to
+                    } else {
+                        at.saturating_add(*size)
+                    },
                     ..Function::default()
                 };
                 functions.insert(at, function);
@@ -121,6 +129,7 @@ fn functions(elf: &object::File<'_>) -> Result<BTreeMap<u32, Function>, StackErr
             let (Some(function), true) = (function, code) else {
                 continue;
             };
+            let end = end.min(function.end).max(at);
             for (at, effect) in effects(&data[(at - from) as usize..(end - from) as usize], at) {
                 match effect {
                     Effect::None => {}
