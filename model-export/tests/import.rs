@@ -80,7 +80,19 @@ fn refusals_name_file_and_field_and_leave_nothing() {
         file(name, recipe.replace(from, to).as_bytes())
     };
     let relu = golden("relu.pt");
+    // Every number 50: deviations are exp(50), and no variance is.
+    let mut wide = std::fs::read(golden("gelu.safetensors")).unwrap();
+    let header = u64::from_le_bytes(*wide.first_chunk().unwrap()) as usize;
+    let (numbers, []) = wide[8 + header..].as_chunks_mut() else {
+        panic!("whole numbers");
+    };
+    numbers.fill(50_f32.to_le_bytes());
     let cases = [
+        (
+            file("wide", &wide),
+            golden("gelu.toml"),
+            "wide: no blob holds it: blob field out of range: largest weight variance",
+        ),
         (
             golden("tanh.pt"),
             golden("relu.toml"),

@@ -11,7 +11,7 @@ use crate::import::recipe::{self, RecipeError};
 use crate::import::weight_file::{self, WeightFileError};
 use crate::radar::noise::NoiseTable;
 use crate::regular_file::{self, ReadFileError};
-use bnkf::blob::{Blob, BlobError};
+use bnkf::blob::{Blob, BlobError, BlobField};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -79,7 +79,7 @@ pub enum ImportError {
     /// No blob can hold the network.
     #[error("{}: no blob holds it: {cause}", path.display())]
     Blob {
-        /// The recipe, where passes and population stand.
+        /// The recipe, where passes and population stand, or the file of weights.
         path: PathBuf,
         /// What is wrong.
         #[source]
@@ -120,9 +120,19 @@ pub fn run(args: &Args) -> Result<(), ImportError> {
         path: at(&args.weights),
         cause,
     })?;
-    let of_blob = |cause| ImportError::Blob {
-        path: at(&args.recipe),
-        cause,
+    let of_blob = |cause| {
+        use BlobField::{BiasMean, BiasVariance, ChannelScale, VarianceMax};
+        let of_weights =
+            [VarianceMax, ChannelScale, BiasMean, BiasVariance].map(BlobError::Invalid);
+        let file = if of_weights.contains(&cause) {
+            &args.weights
+        } else {
+            &args.recipe
+        };
+        ImportError::Blob {
+            path: at(file),
+            cause,
+        }
     };
     let bytes = model::blob(&recipe, &networks).map_err(of_blob)?;
     let blob = Blob::parse(&bytes).map_err(of_blob)?;
