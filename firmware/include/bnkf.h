@@ -16,10 +16,10 @@
 #define BNKF_MODEL_BYTES 368
 #define BNKF_WORKSPACE_WORDS 976
 #define BNKF_WORKSPACE_BYTES 7808
-#define BNKF_TRACK_WORDS 176
-#define BNKF_TRACK_BYTES 1408
+#define BNKF_TRACK_WORDS 179
+#define BNKF_TRACK_BYTES 1432
 /* Length of every track as bytes. */
-#define BNKF_TRACK_SNAPSHOT_BYTES 1024
+#define BNKF_TRACK_SNAPSHOT_BYTES 1088
 
 // An elevation was measured.
 #define BNKF_ELEVATION 1

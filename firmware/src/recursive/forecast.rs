@@ -1,6 +1,7 @@
 //! Where a target will be, asked without touching its track.
 
 use super::answer::Answer;
+use super::foresight::Steady;
 use super::target::Target;
 use super::tracker::{INTERVAL_MAX_S, Recursive};
 use crate::clock::seconds_between;
@@ -51,6 +52,7 @@ impl Recursive<'_, '_> {
     ) -> Result<(), StepError> {
         let ahead = &mut self.workspace.target;
         let (start_us, before_m2) = (ahead.time_us, ahead.position_variance());
+        let now = Steady::of(&ahead.state);
         let coasted = Outcome::uncorrected(Mode::Coasting);
         let mut there = Target::NONE;
         let (mut from_s, mut to_s) = (0.0, FORECAST_FIRST_S);
@@ -63,6 +65,7 @@ impl Recursive<'_, '_> {
             there.copy_from(ahead);
             there.time_us = time_us;
             self.model.advance(&mut there, answer, time_s - from_s);
+            there.foresight.straighten(&mut there.state, &now, time_s);
             there.foresight.widen(&mut there.covariance, before_m2);
             if !there.settle() {
                 return Err(StepError::Lost);

@@ -1,4 +1,5 @@
-//! How well forecasts of one target have come true, and what that is worth for the next.
+//! How well forecasts of one target have come true, and what that is worth for the next: how sure they
+//! are, and how much of an acceleration they go on with.
 //!
 //! A network that serves all targets makes forecasts too wide for those that fly as planned and too
 //! narrow for restless ones. So the track writes down where it expects the target a second later, one
@@ -12,6 +13,17 @@
 //! the growth of the variance on the way. The ratio of what was found to what was expected, held by
 //! a prior at one, scales the growth of later forecasts. Where estimates are poor, `P_f` hardly
 //! exceeds `P`, a comparison says nothing, and weighs nothing.
+//!
+//! Nor do all targets keep up what they began: some turn on as built-in flights do, some brake and stop.
+//! A forecast is where the target would be without acceleration, `c = p + v t`, and what its acceleration
+//! adds, `u = f - c`. How much of `u` came true is a coefficient `k`, the regression of `x - c` on `u`,
+//! one by its prior:
+//!
+//! ```text
+//! k = (1 + sum g (x - c)' u / tr P_f) / (1 + sum g u' u / tr P_f),   g = 1 - tr P / tr P_f
+//! ```
+//!
+//! and later forecasts are `c + k u`. It says nothing of the step, nor of gaps: those the network knows.
 
 use super::state::{Covariance, State, position_variance};
 
@@ -28,6 +40,18 @@ const LATE_MAX_US: u64 = 500_000;
 const PRIOR: f32 = 5.0;
 /// What is left of earlier comparisons at the next: those of the last twenty count.
 const KEPT: f32 = 0.95;
+/// Weight of the coefficient of one at the start, chosen on calm, built-in and fast flights of our own
+/// (docs/method.md).
+const BEND_PRIOR: f32 = 1.0;
+/// What is left of earlier comparisons of what acceleration adds at the next: the last ten seconds count.
+/// Targets change what they are about sooner than how well they are known.
+const BEND_KEPT: f32 = 0.9;
+/// Most that one comparison weighs in them.
+const BEND_WEIGHT_MAX: f32 = 25.0;
+/// Most times what was forecast that is taken to have come true, forward or back.
+const BEND_FOUND_MAX: f32 = 3.0;
+/// Bounds of the coefficient.
+const BEND: (f32, f32) = (0.0, 1.5);
 /// Largest square of one comparison, in its forecast's variance.
 const SQUARE_MAX: f32 = 6.0;
 /// Bounds of the scale.
@@ -38,14 +62,42 @@ const SCALE: (f32, f32) = (0.2, 5.0);
 pub struct Foresight {
     /// When the open forecast is due, microseconds; none is open at [`NONE`].
     pub(crate) due_us: u64,
-    /// Where the target is to be, m, from the sensor as the track's position.
+    /// Where the target would be without acceleration, m, from the sensor as the track's position.
     pub(crate) position_m: [f32; 3],
+    /// What acceleration is to add to that, m.
+    pub(crate) bend_m: [f32; 3],
     /// Sum of its variances, m^2.
     pub(crate) variance_m2: f32,
     /// Squares that were found, each in its forecast's variance.
     pub(crate) found: f32,
     /// What they were expected to be.
     pub(crate) expected: f32,
+    /// What was found of bends, along them, each in its forecast's variance.
+    pub(crate) followed: f32,
+    /// Their squares.
+    pub(crate) bent: f32,
+}
+
+/// A target that goes on as it is.
+#[derive(Clone, Copy, Debug)]
+pub struct Steady {
+    position_m: [f32; 3],
+    velocity_mps: [f32; 3],
+}
+
+impl Steady {
+    /// Without the acceleration of a state.
+    pub fn of(state: &State<f32>) -> Self {
+        Self {
+            position_m: [state[0], state[1], state[2]],
+            velocity_mps: [state[3], state[4], state[5]],
+        }
+    }
+
+    /// Where it is `time_s` later, m.
+    fn after(&self, time_s: f32) -> [f32; 3] {
+        core::array::from_fn(|axis| self.position_m[axis] + self.velocity_mps[axis] * time_s)
+    }
 }
 
 /// No forecast is open.
@@ -58,20 +110,27 @@ impl Foresight {
     pub const START: Self = Self {
         due_us: NONE,
         position_m: [0.0; 3],
+        bend_m: [0.0; 3],
         variance_m2: 0.0,
         found: 0.0,
         expected: 0.0,
+        followed: 0.0,
+        bent: 0.0,
     };
 
     /// Whether a track that is at `time_us` can have come to this.
     pub(crate) fn is_sound(&self, time_us: u64) -> bool {
         let sums = 1.01 / (1.0 - KEPT);
+        let bends = 1.01 * BEND_WEIGHT_MAX / (1.0 - BEND_KEPT);
+        let places = self.position_m.iter().chain(&self.bend_m);
         self.due_us <= due_us(time_us)
-            && self.position_m.iter().all(|x| x.is_finite())
+            && { places }.all(|x| x.is_finite())
             && self.variance_m2 >= 0.0
             && self.variance_m2.is_finite()
             && (0.0..=SQUARE_MAX * sums).contains(&self.found)
             && (0.0..=sums).contains(&self.expected)
+            && (0.0..=bends).contains(&self.bent)
+            && self.followed.abs() <= 1.01 * BEND_FOUND_MAX * self.bent
     }
 
     /// Whether the next forecast is to be written down.
@@ -84,12 +143,19 @@ impl Foresight {
         self.due_us = NEVER;
     }
 
-    /// Writes down what is expected [`AHEAD_S`] after `time_us`.
-    pub fn expect(&mut self, time_us: u64, state: &State<f32>, covariance: &Covariance<f32>) {
+    /// Writes down what is expected of a target, at `now`, [`AHEAD_S`] after `time_us`.
+    pub fn expect(
+        &mut self,
+        time_us: u64,
+        now: &Steady,
+        ahead: &State<f32>,
+        covariance: &Covariance<f32>,
+    ) {
         let variance_m2 = position_variance(covariance);
         if variance_m2 > 0.0 && variance_m2.is_finite() {
             self.due_us = due_us(time_us);
-            self.position_m = [state[0], state[1], state[2]];
+            self.position_m = now.after(AHEAD_S);
+            self.bend_m = core::array::from_fn(|i| ahead[i] - self.position_m[i]);
             self.variance_m2 = variance_m2;
         }
     }
@@ -112,7 +178,9 @@ impl Foresight {
             return;
         }
         let back_s = -1e-6 * late_us as f32;
+        let bend = self.bend();
         let (mut square, mut variance_m2) = (0.0, 0.0);
+        let (mut along_m2, mut bend_m2) = (0.0, 0.0);
         for axis in 0..3 {
             // Position, velocity and acceleration of one axis, and what each adds.
             let parts = [
@@ -121,8 +189,11 @@ impl Foresight {
                 (6 + axis, 0.5 * back_s * back_s),
             ];
             let was_m: f32 = parts.iter().map(|&(i, factor)| factor * state[i]).sum();
-            let apart_m = was_m - self.position_m[axis];
+            let (found_m, bend_m) = (was_m - self.position_m[axis], self.bend_m[axis]);
+            let apart_m = found_m - bend * bend_m;
             square += apart_m * apart_m;
+            along_m2 += found_m * bend_m;
+            bend_m2 += bend_m * bend_m;
             for (i, a) in parts {
                 for (j, b) in parts {
                     variance_m2 += a * b * covariance[i][j];
@@ -136,6 +207,31 @@ impl Foresight {
             let found = (square / self.variance_m2).min(SQUARE_MAX);
             self.found = KEPT * self.found + growth * found;
             self.expected = KEPT * self.expected + growth * growth;
+            let part = if bend_m2 > 0.0 {
+                (along_m2 / bend_m2).clamp(-BEND_FOUND_MAX, BEND_FOUND_MAX)
+            } else {
+                0.0
+            };
+            let weight = growth * (bend_m2 / self.variance_m2).min(BEND_WEIGHT_MAX);
+            self.followed = BEND_KEPT * self.followed + weight * part;
+            self.bent = BEND_KEPT * self.bent + weight;
+        }
+    }
+
+    /// How much of what acceleration adds to a forecast comes true.
+    pub fn bend(&self) -> f32 {
+        ((BEND_PRIOR + self.followed) / (BEND_PRIOR + self.bent)).clamp(BEND.0, BEND.1)
+    }
+
+    /// Bends a forecast for `time_s` after a target was at `now` as far as earlier ones came true.
+    pub fn straighten(&self, state: &mut State<f32>, now: &Steady, time_s: f32) {
+        let bend = self.bend();
+        let position_m = now.after(time_s);
+        for axis in 0..3 {
+            let velocity = now.velocity_mps[axis];
+            for (i, steady) in [(axis, position_m[axis]), (3 + axis, velocity), (6 + axis, 0.0)] {
+                state[i] = steady + bend * (state[i] - steady);
+            }
         }
     }
 

@@ -4,7 +4,7 @@ use super::answer::Answer;
 use super::belief::Belief;
 use super::candidate::{AGREEING, Candidate, Verdict};
 use super::correction::{GATE_NIS, correct_soundly};
-use super::foresight::AHEAD_S;
+use super::foresight::{AHEAD_S, Steady};
 use super::hypotheses::{OFTEN_WRONG, OUTLIER};
 use super::interval::Interval;
 use super::memory::NOTES;
@@ -214,9 +214,10 @@ impl Recursive<'_, '_> {
         ahead.copy_from(target);
         self.model.unmeasured(target, &mut unmeasured);
         self.model.advance(&mut ahead, &unmeasured, AHEAD_S);
+        let now = Steady::of(&target.state);
         target
             .foresight
-            .expect(time_us, &ahead.state, &ahead.covariance);
+            .expect(time_us, &now, &ahead.state, &ahead.covariance);
     }
 
     /// What the track, which stays as it is, says of a measurement whose values were checked and that

@@ -21,12 +21,12 @@ use crate::settings::{Correction, Settings};
 use crate::spread::Spread;
 
 /// Length of every track as bytes.
-pub const TRACK_SNAPSHOT_BYTES: usize = 1_024;
+pub const TRACK_SNAPSHOT_BYTES: usize = 1_088;
 
 /// First four bytes.
 const MAGIC: [u8; 4] = *b"BNKT";
 /// The only version of the layout that this code reads and writes.
-const VERSION: u16 = 2;
+const VERSION: u16 = 3;
 /// Stands for moments, which are had without passes.
 const NO_PASSES: u16 = 0;
 const CRC32: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
@@ -310,9 +310,12 @@ impl<'b> Line<'b> {
         let f = &mut target.foresight;
         self.u64(&mut f.due_us);
         self.floats(&mut f.position_m);
+        self.floats(&mut f.bend_m);
         self.f32(&mut f.variance_m2);
         self.f32(&mut f.found);
         self.f32(&mut f.expected);
+        self.f32(&mut f.followed);
+        self.f32(&mut f.bent);
     }
 }
 

@@ -16,9 +16,15 @@ fn at(x: f32) -> State<f32> {
     state
 }
 
+/// A forecast for where a target comes that goes on as it is: 8 m away, 2 m/s.
+fn straight(foresight: &mut Foresight, time_us: u64, variance_m2: f32) {
+    let now = Steady::of(&at(8.0));
+    foresight.expect(time_us, &now, &at(10.0), &covariance(variance_m2));
+}
+
 /// One forecast with variance 4, met by an estimate with variance 1 that lies `apart_m` away.
 fn met(foresight: &mut Foresight, apart_m: f32) {
-    foresight.expect(0, &at(10.0), &covariance(4.0));
+    straight(foresight, 0, 4.0);
     assert!(!foresight.is_idle());
     foresight.compare(999_999, &at(0.0), &covariance(1.0));
     assert!(!foresight.is_idle(), "looked at before its time");
@@ -62,7 +68,7 @@ fn the_scale_goes_where_forecasts_are_wrong() {
 #[test]
 fn late_estimates_are_followed_back_or_do_not_count() {
     let mut foresight = Foresight::START;
-    foresight.expect(0, &at(10.0), &covariance(4.0));
+    straight(&mut foresight, 0, 4.0);
     // A tenth of a second late at 2 m/s, 6 m/s^2: .2 m further, less .03 m.
     let mut state = at(10.17 + 2.95_f32.sqrt());
     state[6] = 6.0;
@@ -77,7 +83,7 @@ fn late_estimates_are_followed_back_or_do_not_count() {
     let expected = (5.0 + growth * 2.95 / 4.0) / (5.0 + growth * growth);
     assert!((foresight.scale() - expected).abs() < 1e-4);
     let mut foresight = Foresight::START;
-    foresight.expect(0, &at(10.0), &covariance(4.0));
+    straight(&mut foresight, 0, 4.0);
     foresight.compare(1_500_001, &at(90.0), &covariance(1.0));
     assert_eq!(foresight.scale(), 1.0);
     assert!(foresight.is_idle());
@@ -86,10 +92,10 @@ fn late_estimates_are_followed_back_or_do_not_count() {
 #[test]
 fn what_says_nothing_weighs_nothing() {
     let mut foresight = Foresight::START;
-    foresight.expect(0, &at(10.0), &covariance(4.0));
+    straight(&mut foresight, 0, 4.0);
     foresight.compare(1_000_000, &at(90.0), &covariance(4.0));
     assert_eq!(foresight.scale(), 1.0);
-    foresight.expect(0, &at(10.0), &covariance(f32::INFINITY));
+    straight(&mut foresight, 0, f32::INFINITY);
     assert!(foresight.is_idle());
     foresight.close();
     foresight.compare(2_000_000, &at(90.0), &covariance(1.0));
@@ -100,7 +106,7 @@ fn what_says_nothing_weighs_nothing() {
 #[test]
 fn a_moved_sensor_moves_the_forecast() {
     let mut foresight = Foresight::START;
-    foresight.expect(0, &at(10.0), &covariance(4.0));
+    straight(&mut foresight, 0, 4.0);
     foresight.shift([4.0, 0.0, 0.0]);
     foresight.compare(1_000_000, &at(6.0 + 3.0_f32.sqrt()), &covariance(1.0));
     assert!((foresight.scale() - 1.0).abs() < 1e-5);
@@ -127,8 +133,97 @@ fn widening_scales_the_growth() {
 #[test]
 fn the_end_of_time_is_a_time() {
     let mut foresight = Foresight::START;
-    foresight.expect(u64::MAX - 10, &at(10.0), &covariance(4.0));
+    straight(&mut foresight, u64::MAX - 10, 4.0);
     assert!(foresight.is_sound(u64::MAX - 10));
     foresight.compare(u64::MAX, &at(10.0), &covariance(1.0));
     assert!(foresight.is_idle());
+}
+
+/// A forecast with variance 4 that acceleration takes 2 m further, met by an estimate with variance 1
+/// that it took `part` of that.
+fn bent(foresight: &mut Foresight, part: f32) {
+    let now = Steady::of(&at(8.0));
+    foresight.expect(0, &now, &at(12.0), &covariance(4.0));
+    foresight.compare(1_000_000, &at(10.0 + 2.0 * part), &covariance(1.0));
+    assert!(foresight.is_idle());
+}
+
+#[test]
+fn accelerations_that_come_true_are_gone_on_with() {
+    let mut foresight = Foresight::START;
+    assert_eq!(foresight.bend(), 1.0);
+    for _ in 0..50 {
+        bent(&mut foresight, 1.0);
+        assert!((foresight.bend() - 1.0).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn accelerations_that_end_are_not() {
+    let mut foresight = Foresight::START;
+    bent(&mut foresight, 0.2);
+    // Growth 3 / 4, a bend of 2 m in a variance of 4: (1 + .75 * .2) / (1 + .75).
+    assert!((foresight.bend() - 1.15 / 1.75).abs() < 1e-6);
+    // What was found lies 1.6 m short of the forecast as it was then.
+    let expected = (5.0 + 0.75 * 1.6 * 1.6 / 4.0) / (5.0 + 0.75 * 0.75);
+    assert!((foresight.scale() - expected).abs() < 1e-6);
+    for _ in 0..100 {
+        bent(&mut foresight, 0.2);
+    }
+    // Ten comparisons count.
+    let settled = (1.0 + 10.0 * 0.75 * 0.2) / (1.0 + 10.0 * 0.75);
+    assert!((foresight.bend() - settled).abs() < 1e-3);
+    // By then forecasts are made with what was learned: hardly anything is wrong with them.
+    assert!(foresight.scale() < 0.7, "{}", foresight.scale());
+}
+
+/// What lies across a bend, or where there is none, says nothing of it; and nothing is taken for more than
+/// three times a bend, however far away.
+#[test]
+fn bends_are_learned_from_bends_alone() {
+    let mut foresight = Foresight::START;
+    met(&mut foresight, 5.0);
+    assert_eq!((foresight.bend(), foresight.bent), (1.0, 0.0));
+    let now = Steady::of(&at(8.0));
+    let mut aside = at(12.0);
+    aside[1] = 7.0;
+    foresight.expect(0, &now, &at(12.0), &covariance(4.0));
+    foresight.compare(1_000_000, &aside, &covariance(1.0));
+    assert!((foresight.bend() - 1.0).abs() < 1e-6);
+    for (part, end) in [(1e6, 1.5), (-1e6, 0.0)] {
+        let mut foresight = Foresight::START;
+        bent(&mut foresight, part);
+        let expected = (1.0 + 0.75 * 3.0 * part.signum()) / 1.75;
+        assert!((foresight.bend() - expected.clamp(0.0, 1.5)).abs() < 1e-6);
+        for _ in 0..100 {
+            bent(&mut foresight, part);
+        }
+        assert_eq!(foresight.bend(), end);
+        assert!(foresight.is_sound(0));
+    }
+    // A kilometre in a square metre weighs as much as five deviations.
+    let mut far = Foresight::START;
+    far.expect(0, &now, &at(1010.0), &covariance(1.0));
+    far.compare(1_000_000, &at(10.0), &covariance(0.0));
+    assert!((far.bend() - 1.0 / 26.0).abs() < 1e-6);
+}
+
+/// Position, velocity and acceleration, all of them by the same part.
+#[test]
+fn straightening_takes_off_a_part_of_the_acceleration() {
+    let mut foresight = Foresight::START;
+    bent(&mut foresight, 0.2);
+    let part = foresight.bend();
+    let now = Steady::of(&at(8.0));
+    let mut state = at(14.0);
+    (state[3], state[6], state[1]) = (5.0, 3.0, 1.0);
+    foresight.straighten(&mut state, &now, 2.0);
+    let near = |got: f32, expected: f32| assert!((got - expected).abs() < 1e-5, "{got}");
+    near(state[0], 12.0 + 2.0 * part);
+    near(state[1], part);
+    near(state[3], 2.0 + 3.0 * part);
+    near(state[6], 3.0 * part);
+    let (mut plain, before) = (at(14.0), at(14.0));
+    Foresight::START.straighten(&mut plain, &now, 2.0);
+    assert_eq!(plain, before);
 }

@@ -205,7 +205,7 @@ fn a_track_that_cannot_be_is_refused() {
             State::Recursive(_) => panic!("memoryless"),
         }
     }
-    let recursive: [(Damage, TrackField); 17] = [
+    let recursive: [(Damage, TrackField); 20] = [
         (|t| t.clock.latest_us = None, TrackField::Measurement),
         (|t| t.clock.latest_us = Some(1 << 40), TrackField::Clock),
         (
@@ -246,7 +246,13 @@ fn a_track_that_cannot_be_is_refused() {
             |t| target(t).foresight.variance_m2 = -1.0,
             TrackField::Memory,
         ),
+        (
+            |t| target(t).foresight.bend_m[0] = f32::INFINITY,
+            TrackField::Memory,
+        ),
         (|t| target(t).foresight.found = 1e3, TrackField::Memory),
+        (|t| target(t).foresight.bent = 1e3, TrackField::Memory),
+        (|t| target(t).foresight.followed = 1e3, TrackField::Memory),
         (
             |t| belief(t).candidate.as_mut().expect("one").misses = 2,
             TrackField::Candidate,
