@@ -25,7 +25,7 @@ use crate::contest::model::ModelError;
 use crate::contest::own_filter::OwnFilter;
 use crate::contest::roster::RosterError;
 use crate::method::Method;
-use crate::output_folder::OutputFolderError;
+use crate::output_folder::{self, OutputFolderError};
 use crate::scenario::{Scenario, ScenarioError};
 
 /// Scores every method on the same readings, at three noise levels and three sampling rates.
@@ -258,6 +258,17 @@ pub fn evaluate_with(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateErr
             recorded::run(args, flights, &own)
         }
         _ => cross_validated::run(args, own),
+    }
+}
+
+/// Makes the folder of the results, unless other shards' pieces are to be put together first.
+///
+/// # Errors
+/// It cannot take results.
+pub fn prepare(args: &Args) -> Result<(), OutputFolderError> {
+    match args.division.role() {
+        Role::Shard(_) => Ok(()),
+        _ => output_folder::prepare(&args.out),
     }
 }
 

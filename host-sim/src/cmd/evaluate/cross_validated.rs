@@ -24,7 +24,6 @@ use crate::contest::model::Model;
 use crate::contest::own_filter::OwnFilter;
 use crate::contest::{default_models, runtime};
 use crate::method::Method;
-use crate::output_folder;
 use crate::report::campaign_results::{self, CampaignProvenance};
 use crate::report::results_json::ModelProvenance;
 use crate::report::{self, Material, by_motion, forecasts, table};
@@ -49,9 +48,7 @@ pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
     }
     let (role, folders) = (args.division.role(), args.division.folders(&args.out)?);
     // Before the work, not after it.
-    if !matches!(role, Role::Shard(_)) {
-        output_folder::prepare(&args.out)?;
-    }
+    super::prepare(args)?;
     let data = Data::of(&args.subject, &scenario)?;
     for remark in &data.remarks {
         eprintln!("{remark}");
