@@ -10,14 +10,14 @@ use crate::interrupt::Interrupt;
 use crate::recursive::recipe::Recipe;
 use crate::recursive::training::Training;
 use crate::recursive::tunable::tunable;
-use crate::recursive::tuning::{DURATION_MIN_S, EPISODES, Hold, RATE, Tuning, usable};
+use crate::recursive::tuning::{BLEND, DURATION_MIN_S, EPISODES, Hold, RATE, Tuning, usable};
 use crate::regular_file;
 use std::path::PathBuf;
 
 /// Goes on training a recursive model on your own flights, a few of which are enough.
 ///
-/// Half of every batch is built-in flights, so that nothing is forgotten; --hold adds a prior for the
-/// weights. MODEL.f32 must lie beside the model. Ctrl-C writes a checkpoint
+/// Half of every batch is built-in flights, and the tuned model goes a part of the way to the trained weights
+/// (--blend), so that little is forgotten; --hold adds a prior for the weights. MODEL.f32 must lie beside the model. Ctrl-C writes a checkpoint
 /// beside the output; --resume continues it to the same bytes.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
@@ -34,6 +34,10 @@ pub struct Args {
     /// Highest learning rate
     #[arg(long, value_name = "RATE", default_value_t = RATE, value_parser = rate)]
     rate: f64,
+    /// How far the tuned model goes from the shipped weights to the trained ones, 0 to 1: all the way
+    /// it knows most of your flights and least of all others
+    #[arg(long, value_name = "SHARE", default_value_t = BLEND, value_parser = blend)]
+    blend: f64,
     /// What holds the weights where they were, beside the built-in flights
     #[arg(long, value_enum, default_value_t = Hold::Nothing)]
     hold: Hold,
@@ -67,6 +71,14 @@ fn share(text: &str) -> Result<f64, String> {
     }
 }
 
+fn blend(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(share) if (0.0..=1.0).contains(&share) => Ok(share),
+        Ok(_) => Err("a share of the way is 0 to 1".to_owned()),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
 /// Runs the command.
 ///
 /// # Errors
@@ -87,6 +99,7 @@ pub fn run(args: &Args) -> Result<Outcome, TrainError> {
     let familiar = built_in(&scenario.training_flights())?;
     let tuning = Tuning {
         hold: args.hold,
+        blend: args.blend,
         rehearsal: args.rehearsal,
         ..Tuning::new(
             data_hash::of_bytes(&bytes),
@@ -143,6 +156,10 @@ mod tests {
     fn rates_and_shares_have_bounds() {
         assert_eq!(rate("2e-4"), Ok(2e-4));
         assert_eq!(share("0.95"), Ok(0.95));
+        assert_eq!((blend("0"), blend("1")), (Ok(0.0), Ok(1.0)));
+        for text in ["-0.1", "1.01", "NaN", "all"] {
+            assert!(blend(text).is_err(), "{text}");
+        }
         for text in ["0", "-1e-4", "0.02", "NaN", "inf", "fast"] {
             assert!(rate(text).is_err(), "{text}");
         }

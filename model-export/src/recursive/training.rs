@@ -94,6 +94,10 @@ struct Own<'f> {
     flights: &'f [Flight],
     /// The recipe of their encounters.
     recipe: Recipe,
+    /// What tuning set out from.
+    shipped: Network,
+    /// How far the tuned model goes from there.
+    blend: f32,
     anchor: Option<Anchor>,
     /// Weight of the divergence from the anchor: one over the number of positions.
     weight: f32,
@@ -163,6 +167,8 @@ impl<'f> Training<'f> {
                     augmentation: tuning.augmentation(),
                     ..recipe.clone()
                 },
+                shipped: model.network.clone(),
+                blend: tuning.blend as f32,
                 anchor: tuning.anchor(&model.network),
                 weight: 1.0 / positions as f32,
             }),
@@ -220,13 +226,17 @@ impl<'f> Training<'f> {
         .to_bytes()
     }
 
-    /// What the training has come to. One that is tuned takes manoeuvres to be as frequent as they
-    /// are in the own flights.
+    /// What the training has come to. One that is tuned goes a part of the way, and takes manoeuvres to be
+    /// as frequent as they are in the own flights.
     pub fn model(&self) -> RecursiveModel {
+        let network = match &self.own {
+            Some(own) => own.shipped.blended(&self.network, own.blend),
+            None => self.network.clone(),
+        };
         let mut model = RecursiveModel {
             parameters: self.parameters,
             normalisation: self.normalisation.clone(),
-            network: self.network.clone(),
+            network,
             sampling: self.recipe.sampling,
         };
         if let Some(own) = &self.own {

@@ -16,7 +16,9 @@ use serde::{Deserialize, Serialize};
 /// Batches of flights by default.
 pub const EPISODES: u64 = 450;
 /// Highest learning rate by default.
-pub const RATE: f64 = 3e-4;
+pub const RATE: f64 = 1e-3;
+/// How far the tuned model goes from the shipped weights to the trained ones by default.
+pub const BLEND: f64 = 0.6;
 /// Shortest flight to learn from, s.
 pub const DURATION_MIN_S: f64 = 4.5;
 
@@ -43,6 +45,10 @@ pub struct Tuning {
     pub rehearsal: f64,
     /// What holds the weights.
     pub hold: Hold,
+    /// How far the tuned model goes from the shipped weights to the trained ones, which know more of own
+    /// flights and less of all others: 0 to 1. Weights on the straight line between are nearly as good in
+    /// both as the better end (Wortsman et al. 2022, "Robust fine-tuning of zero-shot models").
+    pub blend: f64,
     /// Whether own flights are moved into the volume; otherwise they stay where they were, turned
     /// about the radar.
     pub place: bool,
@@ -53,11 +59,12 @@ pub struct Tuning {
 }
 
 impl Tuning {
-    /// Half rehearsal and nothing else that holds: a prior of any kind cost more than it kept.
+    /// Half rehearsal, and a part of the way: a prior of any kind cost more than it kept.
     pub fn new(blob_sha256: String, own: &[Flight], place: bool) -> Self {
         Self {
             rehearsal: 0.5,
             hold: Hold::Nothing,
+            blend: BLEND,
             place,
             blob_sha256,
             flights_sha256: of_flights(own),
@@ -244,6 +251,36 @@ mod tests {
         };
         let (free, held) = (moved(Hold::Nothing), moved(Hold::Posterior));
         assert!(held < 0.9 * free, "{held} {free}");
+    }
+
+    /// None of the way is the shipped network, all of it the trained one, and between every weight lies between.
+    #[test]
+    fn a_tuned_model_goes_a_part_of_the_way() {
+        let (familiar, own) = (flights(4, 1, 1.0), flights(2, 2, 2.0));
+        let model = shipped(&familiar);
+        let tuned = |blend| {
+            let mut recipe = recipe(&own, Hold::Nothing);
+            if let Some(tuning) = &mut recipe.tuning {
+                tuning.blend = blend;
+            }
+            let mut training = Training::tune(recipe, &familiar, &own, &model).unwrap();
+            training.episode();
+            (training.model().weights(), training.network)
+        };
+        let (start, _) = tuned(0.0);
+        assert_eq!(start, model.weights());
+        let (end, trained) = tuned(1.0);
+        assert_eq!(end, trained.gaussian_weights());
+        assert_ne!(start, end);
+        let (between, _) = tuned(0.25);
+        for (of, part) in [
+            ((&start.means, &end.means), &between.means),
+            ((&start.log_sigmas, &end.log_sigmas), &between.log_sigmas),
+        ] {
+            for ((a, b), got) in of.0.iter().zip(of.1).zip(part) {
+                assert!((got - (0.75 * a + 0.25 * b)).abs() < 1e-6);
+            }
+        }
     }
 
     /// Own flights that are faster than the model expects: manoeuvres are then taken to be common.
