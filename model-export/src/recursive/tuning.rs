@@ -16,9 +16,9 @@ use serde::{Deserialize, Serialize};
 /// Batches of flights by default.
 pub const EPISODES: u64 = 450;
 /// Highest learning rate by default.
-pub const RATE: f64 = 1e-3;
+pub const RATE: f64 = 3e-4;
 /// How far the tuned model goes from the shipped weights to the trained ones by default.
-pub const BLEND: f64 = 0.6;
+pub const BLEND: f64 = 0.8;
 /// Shortest flight to learn from, s.
 pub const DURATION_MIN_S: f64 = 4.5;
 
