@@ -123,8 +123,8 @@ mod tests {
     use clap::ValueEnum;
 
     use super::{
-        ALARM, FAINT_INK, GAP, INK, NIGHT_PAPER, PAPER, STRIPE, at_night, channels, contrast,
-        night_style,
+        ALARM, FAINT_INK, GAP, INK, NIGHT_PAPER, OWN_LOOKS, PAPER, STRIPE, at_night, channels,
+        contrast, night_style,
     };
     use crate::method::Method;
     use crate::plot::palette::look;
@@ -151,6 +151,16 @@ mod tests {
         }
     }
 
+    /// WCAG asks 3 of what is no text; every other group has a shaded ground.
+    #[test]
+    fn methods_stand_out_by_day() {
+        let built_in = Method::value_variants().iter().map(|method| look(*method));
+        for look in built_in.chain(OWN_LOOKS) {
+            assert!(told(look.colour, PAPER) >= 3.0, "{}", look.colour);
+            assert!(told(look.colour, STRIPE) >= 2.7, "{}", look.colour);
+        }
+    }
+
     #[test]
     fn methods_stand_out_at_night_and_stay_apart() {
         let mut seen = BTreeSet::new();
@@ -160,7 +170,7 @@ mod tests {
             assert!(seen.insert(night), "{method}");
         }
         // Light enough as it is.
-        assert_eq!(at_night("#f28e5c"), "#f28e5c");
+        assert_eq!(at_night("#f0a070"), "#f0a070");
         assert!(night_style().contains(&format!("[fill=\"{INK}\"]{{fill:#e8eaed}}")));
         assert_eq!(at_night(ALARM).len(), 7);
     }

@@ -38,6 +38,7 @@ pub fn draw(by: By, groups: &[Vec<Pooled>]) -> String {
     let (lines, legend_height) = legend::lines(&entries, width - LEFT - 24.0);
     let header = 128.0 + legend_height;
     let measures = measures(by, groups);
+    let used = used(by, groups);
     let rows = measures.len() as f64;
     let height = header + rows * (PANEL_HEIGHT + ROW_GAP) - ROW_GAP + 52.0;
     let title = format!("Consistency by the true {} of the target", by.label());
@@ -64,7 +65,7 @@ pub fn draw(by: By, groups: &[Vec<Pooled>]) -> String {
                     width: PANEL_WIDTH,
                     height: PANEL_HEIGHT,
                 },
-                x: Scale::linear(0.0, by.bins().len() as f64),
+                x: Scale::linear(0.0, used as f64),
                 y: measure.y,
             };
             panel.y_grid(&mut svg, true);
@@ -77,7 +78,7 @@ pub fn draw(by: By, groups: &[Vec<Pooled>]) -> String {
             if column == 0 {
                 panel.y_name(&mut svg, measure.name, 48.0);
             }
-            name_bins(&mut svg, &panel, by);
+            name_bins(&mut svg, &panel, by, used);
             panel.ideal(&mut svg, measure.ideal);
             for own in group {
                 draw_method(&mut svg, &panel, by, own, measure);
@@ -86,6 +87,13 @@ pub fn draw(by: By, groups: &[Vec<Pooled>]) -> String {
         }
     }
     svg.finish(by.label())
+}
+
+/// Bins up to the last that any step is in; all of them if there are none.
+fn used(by: By, groups: &[Vec<Pooled>]) -> usize {
+    let all = groups.iter().flatten().flat_map(|own| bins(own, by).enumerate());
+    let last = all.filter(|(_, bin)| bin.means().steps > 0).map(|(slot, _)| slot + 1).max();
+    last.unwrap_or(by.bins().len())
 }
 
 /// NEES and coverage with axes that hold all groups, so that panels of a row compare.
@@ -114,8 +122,8 @@ fn bins(own: &Pooled, by: By) -> impl Iterator<Item = &BinSums> {
     own.bins.iter().filter(move |own| own.bin.by == by)
 }
 
-fn name_bins(svg: &mut Svg, panel: &Panel, by: By) {
-    for (slot, bin) in by.bins().iter().enumerate() {
+fn name_bins(svg: &mut Svg, panel: &Panel, by: By, used: usize) {
+    for (slot, bin) in by.bins().iter().enumerate().take(used) {
         let (x, y) = panel.at(slot as f64 + 0.5, panel.y.low());
         let text = Lettering {
             anchor: Anchor::Middle,
@@ -131,6 +139,7 @@ fn draw_method(svg: &mut Svg, panel: &Panel, by: By, own: &Pooled, measure: &Mea
     let look = look(own.method);
     let points: Vec<_> = bins(own, by)
         .enumerate()
+        .take(panel.x.high() as usize)
         .map(|(slot, bin)| (slot as f64 + 0.5, (measure.of)(bin)))
         .collect();
     panel.line(svg, &points, look.stroke(1.5));
@@ -180,7 +189,9 @@ mod tests {
         assert_eq!(text.matches("<title>recursive, 0-2: 4.000").count(), 1);
         assert_eq!(text.matches("<title>recursive, 0-2: 1.000").count(), 1);
         assert!(!text.contains("<title>recursive, 4-6"), "{text}");
-        assert!(text.contains(">12+</text>") && !text.contains("NaN"));
+        assert!(text.contains(">4-6</text>") && !text.contains("NaN"));
+        // Bins beyond are empty.
+        assert!(!text.contains(">6-8</text>") && !text.contains(">12+</text>"));
         let text = draw(By::Acceleration, &[vec![pooled]]);
         assert_eq!(text.matches(", 399 steps</title>").count(), 2);
         assert!(draw(By::Speed, &[]).contains("ideal"));

@@ -1,5 +1,5 @@
-//! Colour, marker and dash of every method: distinct for colour-blind readers (Okabe and Ito's
-//! palette) and, by marker and dash, in grey print.
+//! Colour, marker and dash of every method: distinct for colour-blind readers (after Okabe and
+//! Ito's palette, dark enough for white paper) and, by marker and dash, in grey print.
 
 use crate::method::Method;
 use crate::own_name::OwnName;
@@ -42,26 +42,26 @@ pub const fn look(method: Method) -> Look {
     use Marker as M;
     let (colour, marker, dash) = match method {
         Method::Ekf => ("#0072b2", M::hollow(Shape::Circle), DASHED),
-        Method::Ukf => ("#56b4e9", M::hollow(Shape::Square), DASHED),
-        Method::Bnn => ("#e69f00", M::hollow(Shape::Down), DOTTED),
+        Method::Ukf => ("#1f8fd0", M::hollow(Shape::Square), DASHED),
+        Method::Bnn => ("#b87a00", M::hollow(Shape::Down), DOTTED),
         Method::Bnkf => ("#d55e00", M::hollow(Shape::Up), DOTTED),
-        Method::Bnkfe => ("#cc79a7", M::hollow(Shape::Left), DOTTED),
-        Method::BnkfMoments => ("#f28e5c", M::hollow(Shape::Star), DOTTED),
-        Method::BnkfeMoments => ("#e3b4cd", M::hollow(Shape::Bow), DOTTED),
+        Method::Bnkfe => ("#bf5f93", M::hollow(Shape::Left), DOTTED),
+        Method::BnkfMoments => ("#cf6a33", M::hollow(Shape::Star), DOTTED),
+        Method::BnkfeMoments => ("#b8709a", M::hollow(Shape::Bow), DOTTED),
         Method::RecursiveMoments => ("#3a3a5c", M::filled(Shape::Diamond), SOLID),
         Method::Recursive => ("#111111", M::filled(Shape::Circle), SOLID),
         Method::RecursiveTuned => ("#b00020", M::filled(Shape::Square), SOLID),
         Method::EkfTuned => ("#009e73", M::filled(Shape::Up), DOT_DASHED),
-        Method::UkfTuned => ("#5fbf9f", M::filled(Shape::Down), DOT_DASHED),
+        Method::UkfTuned => ("#2b9c7c", M::filled(Shape::Down), DOT_DASHED),
         Method::CkfTuned => ("#00604a", M::filled(Shape::Left), DOT_DASHED),
         Method::Imm5 => ("#7b3294", M::hollow(Shape::Diamond), DASHED),
-        Method::Imm10 => ("#a98bd0", M::filled(Shape::Star), DASHED),
+        Method::Imm10 => ("#9470c4", M::filled(Shape::Star), DASHED),
         Method::Particle => ("#8a7a00", M::filled(Shape::Bow), DOT_DASHED),
         // The trivial rules are grey: they are the ground that the others stand on.
         Method::Converted => ("#4d4d4d", M::filled(Shape::Plus), DASHED),
-        Method::PopulationMean => ("#8c8c8c", M::filled(Shape::Cross), DASHED),
-        Method::ConstantRange => ("#6e6e6e", M::filled(Shape::Post), DASHED),
-        Method::Fused => ("#a8a8a8", M::filled(Shape::Rays), DASHED),
+        Method::PopulationMean => ("#857a6a", M::filled(Shape::Cross), DOTTED),
+        Method::ConstantRange => ("#5a6672", M::filled(Shape::Post), SOLID),
+        Method::Fused => ("#949494", M::filled(Shape::Rays), DOT_DASHED),
         Method::Own(name) => return own_look(name),
     };
     Look {
@@ -79,7 +79,7 @@ pub const OWN_LOOKS: [Look; 4] = [
         dash: SOLID,
     },
     Look {
-        colour: "#00a0c6",
+        colour: "#0091b5",
         marker: Marker::filled(Shape::Cross),
         dash: DOT_DASHED,
     },

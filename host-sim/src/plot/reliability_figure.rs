@@ -16,6 +16,8 @@ const NEAR_HEIGHT: f64 = 240.0;
 const ROW_GAP: f64 = 84.0;
 /// How far from what they claim the lower panels show methods.
 const NEAR: f64 = 0.1;
+/// Every so many points of a line have a marker.
+const STAGGER: usize = 3;
 
 /// The figure over `groups`, a title and the cells of each: above every method, below how far those lie
 /// from the diagonal that are near it.
@@ -72,8 +74,10 @@ pub fn draw(groups: &[(String, Vec<&CellSummary>)]) -> String {
                 panel.y_name(&mut svg, name, 48.0);
             }
             panel.line(&mut svg, &[(0.0, 0.0), (1.0, 1.0 - tilt)], IDEAL);
-            for cell in cells {
-                draw_cell(&mut svg, &panel, cell, tilt);
+            for (number, cell) in cells.iter().enumerate() {
+                if tilt == 0.0 || is_near(cell) {
+                    draw_cell(&mut svg, &panel, cell, tilt, number);
+                }
             }
             panel.axes(&mut svg);
         }
@@ -91,8 +95,15 @@ pub fn draw(groups: &[(String, Vec<&CellSummary>)]) -> String {
     svg.finish("reliability")
 }
 
-/// The method's line, less `tilt` times what it claims; markers where they lie inside the panel.
-fn draw_cell(svg: &mut Svg, panel: &Panel, cell: &CellSummary, tilt: f64) {
+/// Whether a method is drawn near the ideal: the whole of its line is there.
+fn is_near(cell: &CellSummary) -> bool {
+    let mut pairs = NOMINAL.into_iter().zip(cell.reliability);
+    pairs.all(|(claimed, inside)| (inside - claimed).abs() <= NEAR)
+}
+
+/// The line of the method with this number, less `tilt` times what it claims; markers where they lie inside the
+/// panel, those of one method not above those of the next.
+fn draw_cell(svg: &mut Svg, panel: &Panel, cell: &CellSummary, tilt: f64, number: usize) {
     let look = look(cell.method);
     let line: Vec<_> = NOMINAL
         .into_iter()
@@ -101,7 +112,7 @@ fn draw_cell(svg: &mut Svg, panel: &Panel, cell: &CellSummary, tilt: f64) {
         .collect();
     svg.titled(cell.method.label(), |svg| {
         panel.line(svg, &line, look.stroke(1.4));
-        for (x, y) in line.iter().skip(1).step_by(2) {
+        for (x, y) in line.iter().skip(1 + number % STAGGER).step_by(STAGGER) {
             if (0.0..=1.0).contains(&panel.y.fraction(*y)) {
                 look.marker.draw(svg, panel.at(*x, *y), 3.4, look.colour);
             }

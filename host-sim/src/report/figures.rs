@@ -23,7 +23,7 @@ use crate::scoring::forecast::ForecastCell;
 const REFERENCES: [Method; 3] = [Method::EkfTuned, Method::Imm10, Method::Ekf];
 
 /// What captions say of the distance.
-const ED: &str = "ED is the Euclidean distance of an estimate from the truth, metres, here its mean over all steps.";
+const ED: &str = "ED is the Euclidean distance of an estimate from the truth, metres; what is drawn is its mean.";
 /// And of the consistency.
 const NEES: &str = "NEES is the mean of the squared Mahalanobis distance (MD), the error measured in the estimate's own standard \
                     deviations: 3, one for each axis, if the covariance is right.";
@@ -73,7 +73,7 @@ pub(super) fn draw(material: &Material<'_>) -> Vec<Figure> {
             format!("metrics-{table}"),
             format!(
                 "{ED} {NEES} Coverage is the part of the truths inside the 90% ellipsoid. Left of each pair every method, \
-                 right what lies near the best or the ideal, magnified. Angle figures as {spelt}."
+                 right what lies near the best or the ideal, magnified. Dashes are the bound of the table. Angle figures as {spelt}."
             ),
             metrics_figure::draw(&cells, &floors),
         );
@@ -116,14 +116,15 @@ pub(super) fn draw(material: &Material<'_>) -> Vec<Figure> {
             add(
                 "motion",
                 format!("{}-{table}", by.label()),
-                format!("{NEES} Angle figures as {spelt}."),
+                format!("{NEES} Of many methods those are drawn that are honest somewhere; bins.csv has all. Angle figures as {spelt}."),
                 motion_figure::draw(by, &by_noise),
             );
         }
     }
     for noise in NoiseLevel::ALL {
         let caption = format!(
-            "{ED} {NEES} At {noise} noise, sampling rate {}.",
+            "{ED} {NEES} {}At {noise} noise, sampling rate {}.",
+            drawn(campaign),
             radar.rates[0]
         );
         let svg = variation_figure::draw(
@@ -152,9 +153,11 @@ pub(super) fn draw(material: &Material<'_>) -> Vec<Figure> {
     if let Some((caption, svg)) = suspected::draw(campaign) {
         add("suspicion", "suspicion".to_owned(), caption, svg);
     }
-    let caption = "From above only the tracks near the best are drawn; every method has its panel, and a switch in the view in space \
-                   below. Readings far outside a view are counted, not drawn."
-        .to_owned();
+    let caption = format!(
+        "{}From above only those near the best; each has its panel, and a switch in the view in space below. Readings far outside a view \
+         are counted, not drawn.",
+        drawn(campaign)
+    );
     add(
         "trajectory",
         "trajectory".to_owned(),
@@ -225,6 +228,21 @@ fn variation_rows<'a>(
             cells,
         },
     ]
+}
+
+/// Which methods a figure of [`SHOWN`] has, where that is not all.
+fn drawn(campaign: &Campaign) -> String {
+    let shown = shown_methods(campaign);
+    if shown.len() == campaign.methods.len() {
+        return String::new();
+    }
+    let names: Vec<_> = shown.iter().map(|method| method.label()).collect();
+    format!(
+        "Of {} methods {} are drawn: {}. ",
+        campaign.methods.len(),
+        shown.len(),
+        names.join(", ")
+    )
 }
 
 /// The methods of [`SHOWN`] that took part.

@@ -53,7 +53,7 @@ pub fn html(cells: &[ForecastCell]) -> String {
         for cell in horizons(block) {
             let _ = write!(
                 html,
-                "<th class=\"first\">{} s: distance, m</th><th>NEES</th><th>90%</th>",
+                "<th class=\"first\">{} s: distance, m</th><th>NEES</th><th>inside 90%</th>",
                 cell.horizon_s
             );
         }

@@ -24,7 +24,9 @@
     }
     const columns = new Map();
     for (const cell of document.querySelectorAll("td[data-cell]")) {
-      const value = data.cells[Number(cell.dataset.cell)][measure];
+      const own = data.cells[Number(cell.dataset.cell)];
+      // Only the recursive tracker knows where it was trained.
+      const value = measure === "outside" && !own.method.startsWith("recursive") ? null : own[measure];
       cell.textContent = text(value, measure);
       cell.classList.remove("best");
       cell.classList.toggle("tie", measure === "ed_mean_m" && cell.dataset.tie === "1");
@@ -136,7 +138,25 @@
       pen.stroke();
       pen.setLineDash([]);
     };
-    // Ground: rings around the radar, and axes.
+    // Words are written last, inside the view, with a rim, and where no other is.
+    const words = [];
+    const say = (name, x, y, weight) => words.push({ name, x, y, weight });
+    const write = () => {
+      const taken = [];
+      pen.lineWidth = 3;
+      pen.lineJoin = "round";
+      pen.strokeStyle = ink("soft");
+      for (const word of words.sort((a, b) => b.weight - a.weight)) {
+        const wide = pen.measureText(word.name).width;
+        const x = Math.min(width - 4 - wide, Math.max(4, word.x)), y = Math.min(height - 4, Math.max(14, word.y));
+        if (taken.some(([left, top, right]) => x < right + 3 && x + wide > left - 3 && Math.abs(y - top) < 14)) continue;
+        taken.push([x, y, x + wide]);
+        pen.fillStyle = ink(word.weight > 2 ? "ink" : "faint");
+        pen.strokeText(word.name, x, y);
+        pen.fillText(word.name, x, y);
+      }
+    };
+    // Ground: rings around the radar.
     const step = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000].find(m => far / m <= 4) || far;
     pen.font = "12px Helvetica, Arial, sans-serif";
     pen.fillStyle = ink("faint");
@@ -147,18 +167,25 @@
       // Named where the ring comes nearest to the viewer on the flight's side.
       const turn = Math.atan2(middle(example)[1], middle(example)[0]) - 0.5;
       const [x, y] = at([radius * Math.cos(turn), radius * Math.sin(turn), 0]);
-      pen.fillText(radius + " m", x + 4, y - 4);
+      if (x > 0 && x < width && y > 0 && y < height) say(radius + " m", x + 4, y - 4, 0);
     }
-    const axis = 0.15 * far;
-    for (const [end, name] of [[[axis, 0, 0], "x east"], [[0, axis, 0], "y north"], [[0, 0, axis], "z up"]]) {
-      path([[0, 0, 0], end], ink("faint"), 1.2);
-      const [x, y] = at(end);
-      pen.fillText(name, x + 4, y);
+    // The directions, in a corner that is always in view.
+    const [cx, cy] = [width - 64, 52];
+    for (const [end, name] of [[[1, 0, 0], "x east"], [[0, 1, 0], "y north"], [[0, 0, 1], "z up"]]) {
+      const [across, up] = project(end);
+      const [x, y] = [cx + 34 * across, cy - 34 * up];
+      pen.beginPath();
+      pen.moveTo(cx, cy);
+      pen.lineTo(x, y);
+      pen.strokeStyle = ink("faint");
+      pen.lineWidth = 1.2;
+      pen.stroke();
+      say(name, x + (across < 0 ? -4 - pen.measureText(name).width : 4), y + (up < 0 ? 12 : 0), 1);
     }
     const [x0, y0] = at([0, 0, 0]);
     if (x0 > 0 && x0 < width && y0 > 0 && y0 < height) {
       pen.fillRect(x0 - 4, y0 - 4, 8, 8);
-      pen.fillText("radar", x0 + 8, y0 + 12);
+      say("radar", x0 + 8, y0 + 14, 3);
     } else {
       // An arrow at the edge: its tip lies towards the radar.
       const [dx, dy] = [x0 - width / 2, y0 - height / 2];
@@ -169,14 +196,14 @@
         pen.lineTo(tx + away * Math.cos(turned) - aside * Math.sin(turned), ty + away * Math.sin(turned) + aside * Math.cos(turned));
       }
       pen.fill();
-      pen.textAlign = dx > 0 ? "right" : "left";
-      pen.fillText("radar", tx - 22 * Math.sign(dx), ty + (dy > 0 ? -12 : 18));
-      pen.textAlign = "left";
+      say("radar", tx + (dx > 0 ? -22 - pen.measureText("radar").width : 22), ty + (dy > 0 ? -12 : 18), 3);
     }
-    // A length to compare with, at right angles to the line of sight.
+    // A length to compare with, at right angles to the line of sight, on the side where the radar is not.
     const bar = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].find(m => m * scale >= 60) || 2000;
-    pen.fillRect(16, height - 18, bar * scale, 2);
-    pen.fillText(bar + " m", 16, height - 24);
+    const left = x0 < width / 2 ? width - 16 - bar * scale : 16;
+    pen.fillStyle = ink("faint");
+    pen.fillRect(left, height - 18, bar * scale, 2);
+    say(bar + " m", left, height - 24, 2);
     // Shadow of the truth on the ground and a few plumb lines give depth.
     const count = Math.max(2, Math.round(state.until * example.truth.length));
     const truth = example.truth.slice(0, count);
@@ -213,8 +240,8 @@
     pen.strokeStyle = ink("ink");
     pen.lineWidth = 1.6;
     pen.stroke();
-    pen.fillStyle = ink("ink");
-    pen.fillText("start", x + 8, y - 8);
+    say("start", x + 8, y - 8, 4);
+    write();
     canvas.dataset.drawn = String(Number(canvas.dataset.drawn || 0) + 1);
   };
 
