@@ -109,8 +109,8 @@ fn push_floor(html: &mut String, outcome: &Outcome, conditions: &[&Condition]) {
 /// NEES and NIS against their bounds for the cells of one noise table.
 pub fn consistency(cells: &[&CellSummary]) -> String {
     let mut html = "<div class=\"scroll\"><table>\n<thead><tr><th class=\"method\">method</th><th>noise</th><th>rate</th>\
-                    <th>NEES</th><th>95% interval</th><th>NEES steps inside</th><th>above</th><th>NIS / dof</th>\
-                    <th>NIS steps inside</th><th>inside 50%</th><th>inside 90%</th><th>inside 95%</th></tr></thead>\n<tbody>\n"
+                    <th>NEES</th><th>95% interval</th><th>NEES in bounds</th><th>above</th><th>NIS / dof</th>\
+                    <th>NIS in bounds</th><th>in 50%</th><th>in 90%</th><th>in 95%</th></tr></thead>\n<tbody>\n"
         .to_owned();
     for cell in cells {
         let percent = |part: f64| {
