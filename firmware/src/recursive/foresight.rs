@@ -229,7 +229,11 @@ impl Foresight {
         let position_m = now.after(time_s);
         for axis in 0..3 {
             let velocity = now.velocity_mps[axis];
-            for (i, steady) in [(axis, position_m[axis]), (3 + axis, velocity), (6 + axis, 0.0)] {
+            for (i, steady) in [
+                (axis, position_m[axis]),
+                (3 + axis, velocity),
+                (6 + axis, 0.0),
+            ] {
                 state[i] = steady + bend * (state[i] - steady);
             }
         }

@@ -91,8 +91,14 @@ pub fn draw(by: By, groups: &[Vec<Pooled>]) -> String {
 
 /// Bins up to the last that any step is in; all of them if there are none.
 fn used(by: By, groups: &[Vec<Pooled>]) -> usize {
-    let all = groups.iter().flatten().flat_map(|own| bins(own, by).enumerate());
-    let last = all.filter(|(_, bin)| bin.means().steps > 0).map(|(slot, _)| slot + 1).max();
+    let all = groups
+        .iter()
+        .flatten()
+        .flat_map(|own| bins(own, by).enumerate());
+    let last = all
+        .filter(|(_, bin)| bin.means().steps > 0)
+        .map(|(slot, _)| slot + 1)
+        .max();
     last.unwrap_or(by.bins().len())
 }
 

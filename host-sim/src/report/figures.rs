@@ -116,7 +116,9 @@ pub(super) fn draw(material: &Material<'_>) -> Vec<Figure> {
             add(
                 "motion",
                 format!("{}-{table}", by.label()),
-                format!("{NEES} Of many methods those are drawn that are honest somewhere; bins.csv has all. Angle figures as {spelt}."),
+                format!(
+                    "{NEES} Of many methods those are drawn that are honest somewhere; bins.csv has all. Angle figures as {spelt}."
+                ),
                 motion_figure::draw(by, &by_noise),
             );
         }
