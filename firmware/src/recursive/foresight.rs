@@ -152,10 +152,14 @@ impl Foresight {
         covariance: &Covariance<f32>,
     ) {
         let variance_m2 = position_variance(covariance);
-        if variance_m2 > 0.0 && variance_m2.is_finite() {
+        let position_m = now.after(AHEAD_S);
+        let bend_m: [f32; 3] = core::array::from_fn(|i| ahead[i] - position_m[i]);
+        // Of what overflows nothing is to be learned.
+        let far_m2 = bend_m.iter().map(|x| x * x).sum::<f32>();
+        if variance_m2 > 0.0 && variance_m2.is_finite() && far_m2.is_finite() {
             self.due_us = due_us(time_us);
-            self.position_m = now.after(AHEAD_S);
-            self.bend_m = core::array::from_fn(|i| ahead[i] - self.position_m[i]);
+            self.position_m = position_m;
+            self.bend_m = bend_m;
             self.variance_m2 = variance_m2;
         }
     }

@@ -97,6 +97,10 @@ fn what_says_nothing_weighs_nothing() {
     assert_eq!(foresight.scale(), 1.0);
     straight(&mut foresight, 0, f32::INFINITY);
     assert!(foresight.is_idle());
+    for far in [1e20, f32::NAN] {
+        foresight.expect(0, &Steady::of(&at(8.0)), &at(far), &covariance(4.0));
+        assert!(foresight.is_idle());
+    }
     foresight.close();
     foresight.compare(2_000_000, &at(90.0), &covariance(1.0));
     assert!(!foresight.is_idle());
