@@ -130,6 +130,14 @@ impl Method {
         }
     }
 
+    /// Whether it says of a step that the target is where, or moves as, it was not trained for.
+    pub const fn knows_outside(self) -> bool {
+        matches!(
+            self,
+            Self::Recursive | Self::RecursiveMoments | Self::RecursiveTuned
+        )
+    }
+
     /// Name in tables, figures and results.
     pub const fn label(self) -> &'static str {
         match self {

@@ -88,7 +88,7 @@ def test_a_track_goes_on_from_its_bytes(model, memoryless):
     assert again.to_bytes() == tracker.to_bytes() != data
     with pytest.raises(bnkf.TrackBytesError, match="checksum"):
         bnkf.Tracker.from_bytes(model, data[:-1] + bytes([data[-1] ^ 1]))
-    with pytest.raises(bnkf.TrackBytesError, match="3 bytes; a track has 1024"):
+    with pytest.raises(bnkf.TrackBytesError, match="3 bytes; a track has 1088"):
         bnkf.Tracker.from_bytes(model, b"abc")
     with pytest.raises(bnkf.TrackBytesError, match="does not run on a Memoryless"):
         bnkf.Tracker.from_bytes(memoryless, data)

@@ -15,8 +15,8 @@
 //! exceeds `P`, a comparison says nothing, and weighs nothing.
 //!
 //! Nor do all targets keep up what they began: some turn on as built-in flights do, some brake and stop.
-//! A forecast is where the target would be without acceleration, `c = p + v t`, and what its acceleration
-//! adds, `u = f - c`. How much of `u` came true is a coefficient `k`, the regression of `x - c` on `u`,
+//! A forecast is where the target would be if it went straight on, `c = p + v t`, and what the model adds to
+//! that, `u = f - c`, acceleration most of all. How much of `u` came true is a coefficient `k`, the regression of `x - c` on `u`,
 //! one by its prior:
 //!
 //! ```text
@@ -66,7 +66,7 @@ pub struct Foresight {
     pub(crate) position_m: [f32; 3],
     /// What acceleration is to add to that, m.
     pub(crate) bend_m: [f32; 3],
-    /// Sum of its variances, m^2.
+    /// Sum of the forecast's variances, m^2.
     pub(crate) variance_m2: f32,
     /// Squares that were found, each in its forecast's variance.
     pub(crate) found: f32,
@@ -122,15 +122,15 @@ impl Foresight {
     pub(crate) fn is_sound(&self, time_us: u64) -> bool {
         let sums = 1.01 / (1.0 - KEPT);
         let bends = 1.01 * BEND_WEIGHT_MAX / (1.0 - BEND_KEPT);
-        let places = self.position_m.iter().chain(&self.bend_m);
         self.due_us <= due_us(time_us)
-            && { places }.all(|x| x.is_finite())
+            && squared(&self.position_m).is_finite()
+            && squared(&self.bend_m).is_finite()
             && self.variance_m2 >= 0.0
             && self.variance_m2.is_finite()
             && (0.0..=SQUARE_MAX * sums).contains(&self.found)
             && (0.0..=sums).contains(&self.expected)
             && (0.0..=bends).contains(&self.bent)
-            && self.followed.abs() <= 1.01 * BEND_FOUND_MAX * self.bent
+            && self.followed.abs() <= 1.01 * BEND_FOUND_MAX * self.bent + f32::MIN_POSITIVE
     }
 
     /// Whether the next forecast is to be written down.
@@ -155,8 +155,8 @@ impl Foresight {
         let position_m = now.after(AHEAD_S);
         let bend_m: [f32; 3] = core::array::from_fn(|i| ahead[i] - position_m[i]);
         // Of what overflows nothing is to be learned.
-        let far_m2 = bend_m.iter().map(|x| x * x).sum::<f32>();
-        if variance_m2 > 0.0 && variance_m2.is_finite() && far_m2.is_finite() {
+        let known = variance_m2 > 0.0 && variance_m2.is_finite();
+        if known && squared(&bend_m).is_finite() {
             self.due_us = due_us(time_us);
             self.position_m = position_m;
             self.bend_m = bend_m;
@@ -227,8 +227,9 @@ impl Foresight {
         ((BEND_PRIOR + self.followed) / (BEND_PRIOR + self.bent)).clamp(BEND.0, BEND.1)
     }
 
-    /// Bends a forecast for `time_s` after a target was at `now` as far as earlier ones came true.
-    pub fn straighten(&self, state: &mut State<f32>, now: &Steady, time_s: f32) {
+    /// Bends a forecast for `time_s` after a target was at `now` by as much of its own as earlier ones came
+    /// true with.
+    pub fn bend_by(&self, state: &mut State<f32>, now: &Steady, time_s: f32) {
         let bend = self.bend();
         let position_m = now.after(time_s);
         for axis in 0..3 {
@@ -259,6 +260,11 @@ impl Foresight {
             }
         }
     }
+}
+
+/// Squared length, m^2; not finite where products with it would not be.
+fn squared(vector_m: &[f32; 3]) -> f32 {
+    vector_m.iter().map(|x| x * x).sum()
 }
 
 /// When a forecast that is made at `time_us` is due.

@@ -1,6 +1,7 @@
 use super::*;
 use crate::blob::draft::Draft;
 use crate::measurement::Sensed;
+use crate::recursive::Belief;
 use crate::sensor::Sensor;
 use crate::tracker::Tracker;
 
@@ -56,6 +57,66 @@ fn tracks_do_not_know_of_each_other() {
             }
         }
     }
+}
+
+/// What earlier forecasts taught bends later ones, position, velocity and acceleration by the same part, and moves
+/// nothing else.
+#[test]
+fn forecasts_bend_by_what_earlier_ones_taught() {
+    let bytes = Draft::recursive(3).bytes();
+    let model = Model::new(&bytes).expect("a blob");
+    let mut workspace = Workspace::new();
+    let mut plain = Track::new(&model, Settings::of(model.blob())).expect("its own");
+    let mut now = None;
+    for step in 0..8 {
+        now = plain.step(&model, &mut workspace, &seen(3, step)).ok();
+    }
+    let now = now.expect("an estimate");
+    let mut taught = plain.clone();
+    let State::Recursive(Belief { target, .. }) = &mut taught.state else {
+        panic!("recursive");
+    };
+    let foresight = &mut target.as_mut().expect("a target").foresight;
+    (foresight.followed, foresight.bent) = (1.5, 4.0);
+    let horizons_s = [0.5, 1.0, 2.0_f32];
+    let times_us = horizons_s.map(|ahead_s| now.time_us + (1e6 * ahead_s) as u64);
+    let full = plain.forecasts(&model, &mut workspace, &times_us);
+    let half = taught.forecasts(&model, &mut workspace, &times_us);
+    let pairs = full
+        .expect("forecasts")
+        .into_iter()
+        .zip(half.expect("forecasts"));
+    let velocity_mps = now.motion.expect("recursive").velocity_mps;
+    let mut bent_m = 0.0_f32;
+    for (ahead_s, (full, half)) in horizons_s.into_iter().zip(pairs) {
+        let (fully, halfway) = (full.motion.expect("it"), half.motion.expect("it"));
+        for axis in 0..3 {
+            let straight_m = now.position_m[axis] + velocity_mps[axis] * ahead_s;
+            bent_m = bent_m.max((full.position_m[axis] - straight_m).abs());
+            for (straight, full, half) in [
+                (straight_m, full.position_m[axis], half.position_m[axis]),
+                (
+                    velocity_mps[axis],
+                    fully.velocity_mps[axis],
+                    halfway.velocity_mps[axis],
+                ),
+                (
+                    0.0,
+                    fully.acceleration_mps2[axis],
+                    halfway.acceleration_mps2[axis],
+                ),
+            ] {
+                let expected = 0.5 * (straight + full);
+                assert!((half - expected).abs() < 1e-4, "{half} {expected}");
+            }
+        }
+    }
+    assert!(bent_m > 0.05, "{bent_m}");
+    let next = seen(3, 8);
+    assert_eq!(
+        plain.step(&model, &mut workspace, &next),
+        taught.step(&model, &mut workspace, &next)
+    );
 }
 
 /// Twenty tracks on one model fit where one tracker of each would not.

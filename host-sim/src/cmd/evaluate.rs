@@ -6,7 +6,7 @@ mod recorded;
 
 use std::path::{Path, PathBuf};
 
-use bnkf_model_export::atomic_file::AtomicWriteError;
+use bnkf_model_export::atomic_file::{self, AtomicWriteError};
 use bnkf_model_export::flights::csv::options::ReadOptions;
 use bnkf_model_export::flights::generator::GeneratorError;
 use bnkf_model_export::flights::segment::PAPER_SEGMENT_S;
@@ -254,21 +254,34 @@ pub fn evaluate_with(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateErr
         }
     }
     match &args.subject.flights {
-        Some(flights) if args.subject.folds.is_none() && !args.subject.quick => {
-            recorded::run(args, flights, &own)
-        }
+        Some(flights) if !args.is_cross_validation() => recorded::run(args, flights, &own),
         _ => cross_validated::run(args, own),
     }
 }
 
-/// Makes the folder of the results, unless other shards' pieces are to be put together first.
+/// Tries where the results are to be written, before the work: the file of a single pass over flights, else the
+/// folder, which is made; a shard makes no results.
 ///
 /// # Errors
-/// It cannot take results.
-pub fn prepare(args: &Args) -> Result<(), OutputFolderError> {
+/// They cannot be written there.
+pub fn prepare(args: &Args) -> Result<(), EvaluateError> {
+    if !args.is_cross_validation() {
+        if let Some(path) = &args.json {
+            atomic_file::check(std::slice::from_ref(path))?;
+        }
+        return Ok(());
+    }
     match args.division.role() {
         Role::Shard(_) => Ok(()),
-        _ => output_folder::prepare(&args.out),
+        _ => Ok(output_folder::prepare(&args.out)?),
+    }
+}
+
+impl Args {
+    /// Whether there are folds, or will be: flights of one's own are else passed over once.
+    fn is_cross_validation(&self) -> bool {
+        let subject = &self.subject;
+        subject.flights.is_none() || subject.folds.is_some() || subject.quick
     }
 }
 

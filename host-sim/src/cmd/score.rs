@@ -56,9 +56,9 @@ pub enum ScoreError {
 /// # Errors
 /// See [`ScoreError`].
 pub fn run(args: &Args) -> Result<(), ScoreError> {
-    // Before the files are read, not after it.
-    evaluate::prepare(&args.evaluation).map_err(EvaluateError::from)?;
     let scenario = evaluate::scenario(&args.evaluation.subject).map_err(EvaluateError::from)?;
+    // Before the files are read, not after it.
+    evaluate::prepare(&args.evaluation)?;
     let data = Data::of(&args.evaluation.subject, &scenario)?;
     let conditions = scenario.radar.conditions();
     let subject = Subject {

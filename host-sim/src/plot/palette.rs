@@ -28,13 +28,13 @@ impl Look {
     }
 }
 
-/// The recursive tracker's.
+/// The recursive trackers', and a rule's.
 const SOLID: &str = "";
-/// Filters that are not fitted, or banks of them.
+/// Filters that are not fitted, or banks of them; a rule's.
 const DASHED: &str = "7 4";
-/// Networks without a filter's memory.
+/// Networks without a filter's memory; a rule's.
 const DOTTED: &str = "1.5 4";
-/// Filters fitted to flights.
+/// Filters fitted to flights; a rule's.
 const DOT_DASHED: &str = "8 4 1.5 4";
 
 /// The look of `method`.
@@ -46,18 +46,18 @@ pub const fn look(method: Method) -> Look {
         Method::Bnn => ("#b87a00", M::hollow(Shape::Down), DOTTED),
         Method::Bnkf => ("#d55e00", M::hollow(Shape::Up), DOTTED),
         Method::Bnkfe => ("#bf5f93", M::hollow(Shape::Left), DOTTED),
-        Method::BnkfMoments => ("#cf6a33", M::hollow(Shape::Star), DOTTED),
-        Method::BnkfeMoments => ("#b8709a", M::hollow(Shape::Bow), DOTTED),
+        Method::BnkfMoments => ("#a34a00", M::hollow(Shape::Star), DOTTED),
+        Method::BnkfeMoments => ("#8c3f6e", M::hollow(Shape::Bow), DOTTED),
         Method::RecursiveMoments => ("#3a3a5c", M::filled(Shape::Diamond), SOLID),
         Method::Recursive => ("#111111", M::filled(Shape::Circle), SOLID),
         Method::RecursiveTuned => ("#b00020", M::filled(Shape::Square), SOLID),
         Method::EkfTuned => ("#009e73", M::filled(Shape::Up), DOT_DASHED),
-        Method::UkfTuned => ("#2b9c7c", M::filled(Shape::Down), DOT_DASHED),
+        Method::UkfTuned => ("#4f9d1f", M::filled(Shape::Down), DOT_DASHED),
         Method::CkfTuned => ("#00604a", M::filled(Shape::Left), DOT_DASHED),
         Method::Imm5 => ("#7b3294", M::hollow(Shape::Diamond), DASHED),
         Method::Imm10 => ("#9470c4", M::filled(Shape::Star), DASHED),
         Method::Particle => ("#8a7a00", M::filled(Shape::Bow), DOT_DASHED),
-        // The trivial rules are grey: they are the ground that the others stand on.
+        // The trivial rules are nearly grey, each with a dash of its own: they are the ground that the others stand on.
         Method::Converted => ("#4d4d4d", M::filled(Shape::Plus), DASHED),
         Method::PopulationMean => ("#857a6a", M::filled(Shape::Cross), DOTTED),
         Method::ConstantRange => ("#5a6672", M::filled(Shape::Post), SOLID),

@@ -84,7 +84,7 @@ pub(super) fn draw(material: &Material<'_>) -> Vec<Figure> {
             format!("reliability-{table}"),
             format!(
                 "The squared MD of the truth over a chi-square distribution gives the smallest ellipsoid that holds it. Above every \
-                 method; below, for those near the ideal, how much of the truths lies inside minus what was claimed. {measured}"
+                 method; below, for those whose whole line is within 0.1 of the ideal, how much of the truths lies inside minus what was claimed. {measured}"
             ),
             reliability_figure::draw(&full),
         );
@@ -112,13 +112,19 @@ pub(super) fn draw(material: &Material<'_>) -> Vec<Figure> {
             phases_figure::draw(&sparse),
         );
         let by_noise = by_motion::shown(&cells);
+        let chosen = if by_noise
+            .first()
+            .is_some_and(|own| own.len() < campaign.methods.len())
+        {
+            "Of many methods those are drawn that are honest somewhere; bins.csv has all. "
+        } else {
+            ""
+        };
         for by in By::ALL {
             add(
                 "motion",
                 format!("{}-{table}", by.label()),
-                format!(
-                    "{NEES} Of many methods those are drawn that are honest somewhere; bins.csv has all. Angle figures as {spelt}."
-                ),
+                format!("{NEES} {chosen}Angle figures as {spelt}."),
                 motion_figure::draw(by, &by_noise),
             );
         }
@@ -238,13 +244,12 @@ fn drawn(campaign: &Campaign) -> String {
     if shown.len() == campaign.methods.len() {
         return String::new();
     }
+    if shown.is_empty() {
+        return "None of these methods is drawn. ".to_owned();
+    }
     let names: Vec<_> = shown.iter().map(|method| method.label()).collect();
-    format!(
-        "Of {} methods {} are drawn: {}. ",
-        campaign.methods.len(),
-        shown.len(),
-        names.join(", ")
-    )
+    let count = campaign.methods.len();
+    format!("Of {count} methods those drawn: {}. ", names.join(", "))
 }
 
 /// The methods of [`SHOWN`] that took part.

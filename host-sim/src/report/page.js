@@ -25,8 +25,8 @@
     const columns = new Map();
     for (const cell of document.querySelectorAll("td[data-cell]")) {
       const own = data.cells[Number(cell.dataset.cell)];
-      // Only the recursive tracker knows where it was trained.
-      const value = measure === "outside" && !own.method.startsWith("recursive") ? null : own[measure];
+      // Zero is not what a method says that does not know where it was trained.
+      const value = measure === "outside" && !own.knows_outside ? null : own[measure];
       cell.textContent = text(value, measure);
       cell.classList.remove("best");
       cell.classList.toggle("tie", measure === "ed_mean_m" && cell.dataset.tie === "1");

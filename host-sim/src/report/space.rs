@@ -12,9 +12,18 @@ use crate::plot::view_from_above;
 use crate::report::swatch;
 use crate::scoring::cell::CellMetrics;
 
+/// A cell of the table.
+#[derive(Serialize)]
+struct PageCell<'a> {
+    #[serde(flatten)]
+    metrics: &'a CellMetrics,
+    /// Whether the method says where it was not trained.
+    knows_outside: bool,
+}
+
 #[derive(Serialize)]
 struct Data<'a> {
-    cells: Vec<&'a CellMetrics>,
+    cells: Vec<PageCell<'a>>,
     examples: Vec<Flight>,
 }
 
@@ -45,8 +54,12 @@ struct Track {
 
 /// The data as JSON that may stand inside a script element.
 pub fn data(outcome: &Outcome, examples: &[Example<'_>]) -> String {
+    let cells = outcome.cells.iter().map(|cell| PageCell {
+        metrics: &cell.metrics,
+        knows_outside: cell.method.knows_outside(),
+    });
     let data = Data {
-        cells: outcome.cells.iter().map(|cell| &cell.metrics).collect(),
+        cells: cells.collect(),
         examples: examples.iter().map(flight).collect(),
     };
     let json = serde_json::to_string(&data).expect("every value has a representation");

@@ -160,6 +160,7 @@ fn accelerations_that_come_true_are_gone_on_with() {
         bent(&mut foresight, 1.0);
         assert!((foresight.bend() - 1.0).abs() < 1e-6);
     }
+    assert!(foresight.bent > 7.0, "nothing was learned");
 }
 
 #[test]
@@ -214,20 +215,20 @@ fn bends_are_learned_from_bends_alone() {
 
 /// Position, velocity and acceleration, all of them by the same part.
 #[test]
-fn straightening_takes_off_a_part_of_the_acceleration() {
+fn a_bend_takes_off_a_part_of_the_acceleration() {
     let mut foresight = Foresight::START;
     bent(&mut foresight, 0.2);
     let part = foresight.bend();
     let now = Steady::of(&at(8.0));
     let mut state = at(14.0);
     (state[3], state[6], state[1]) = (5.0, 3.0, 1.0);
-    foresight.straighten(&mut state, &now, 2.0);
+    foresight.bend_by(&mut state, &now, 2.0);
     let near = |got: f32, expected: f32| assert!((got - expected).abs() < 1e-5, "{got}");
     near(state[0], 12.0 + 2.0 * part);
     near(state[1], part);
     near(state[3], 2.0 + 3.0 * part);
     near(state[6], 3.0 * part);
     let (mut plain, before) = (at(14.0), at(14.0));
-    Foresight::START.straighten(&mut plain, &now, 2.0);
+    Foresight::START.bend_by(&mut plain, &now, 2.0);
     assert_eq!(plain, before);
 }

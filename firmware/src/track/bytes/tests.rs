@@ -205,7 +205,7 @@ fn a_track_that_cannot_be_is_refused() {
             State::Recursive(_) => panic!("memoryless"),
         }
     }
-    let recursive: [(Damage, TrackField); 20] = [
+    let recursive: [(Damage, TrackField); 22] = [
         (|t| t.clock.latest_us = None, TrackField::Measurement),
         (|t| t.clock.latest_us = Some(1 << 40), TrackField::Clock),
         (
@@ -248,6 +248,12 @@ fn a_track_that_cannot_be_is_refused() {
         ),
         (
             |t| target(t).foresight.bend_m[0] = f32::INFINITY,
+            TrackField::Memory,
+        ),
+        // Its square is none.
+        (|t| target(t).foresight.bend_m[0] = 3e38, TrackField::Memory),
+        (
+            |t| target(t).foresight.position_m[1] = -3e38,
             TrackField::Memory,
         ),
         (|t| target(t).foresight.found = 1e3, TrackField::Memory),
@@ -344,6 +350,10 @@ fn a_track_is_handed_over_within_its_kind() {
     track.hand_over(&own).expect("its own");
     assert_eq!(written(&track), unasked);
     let expected = place(&mut track.clone(), &own, &mut workspace);
+    if let State::Recursive(belief) = &mut track.state {
+        let foresight = &mut belief.target.as_mut().expect("a target").foresight;
+        (foresight.found, foresight.followed, foresight.bent) = (3.0, 1.0, 4.0);
+    }
     track.hand_over(&newer).expect("of its kind");
     let State::Recursive(belief) = &track.state else {
         panic!("recursive");
@@ -354,7 +364,9 @@ fn a_track_is_handed_over_within_its_kind() {
     ];
     for target in targets.into_iter().flatten() {
         assert_eq!(target.memory.notes, [0.0; 9]);
-        assert!(target.foresight.is_idle());
+        let foresight = &target.foresight;
+        assert!(foresight.is_idle());
+        assert_eq!((foresight.scale(), foresight.bend()), (1.0, 1.0));
     }
     let moved = place(&mut track, &newer, &mut workspace);
     assert!((0..3).all(|axis| (moved[axis] - expected[axis]).abs() < 1.0));

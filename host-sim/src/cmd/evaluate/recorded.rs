@@ -3,7 +3,6 @@
 use std::io::Write as _;
 use std::path::Path;
 
-use bnkf_model_export::atomic_file;
 use bnkf_model_export::command_line::command_line;
 use bnkf_model_export::flights::set::{FlightSet, Preparation};
 use bnkf_model_export::flights::volume::Volume;
@@ -22,9 +21,7 @@ use crate::scenario::radar::Radar;
 
 /// Writes the JSON file, if one was asked for, and prints the table.
 pub fn run(args: &Args, flights: &Path, own: &[OwnFilter]) -> Result<(), EvaluateError> {
-    if let Some(path) = &args.json {
-        atomic_file::check(&[path])?;
-    }
+    super::prepare(args)?;
     let results = evaluate(args, flights, own)?;
     if let Some(path) = &args.json {
         results_json::write(path, &results)?;
