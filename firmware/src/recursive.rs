@@ -28,6 +28,7 @@ pub mod schedule;
 pub mod sight;
 pub mod start;
 pub mod state;
+pub mod steady;
 pub mod target;
 mod tracker;
 

@@ -156,6 +156,38 @@ fn steps_that_are_left_out_are_divergences() {
     );
 }
 
+/// What cannot be written is found out before the estimates are read.
+#[test]
+fn where_the_scores_go_is_tried_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    std::fs::write(&file, "in the way").unwrap();
+    let (file, subject) = (file.to_str().unwrap(), subject());
+    let missing = "own=/nowhere/estimates.csv";
+    for arguments in [
+        with(
+            &["score", "--estimates", missing, "--json", "/nowhere/x.json"],
+            &subject,
+        ),
+        vec!["score", "--estimates", missing, "--quick", "--out", file],
+    ] {
+        let output = host_sim(&arguments);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(!said.contains("estimates.csv"), "{said}");
+        assert!(said.contains("x.json") || said.contains(file), "{said}");
+    }
+    // A single pass over flights goes to no folder, so none is made where it is run.
+    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .current_dir(folder.path())
+        .args(with(&["score", "--estimates", missing], &subject))
+        .output()
+        .expect("the program starts");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("estimates.csv"), "{said}");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
 #[test]
 fn what_is_no_estimate_of_these_readings_is_refused_by_line_and_column() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,7 +1,7 @@
 //! Where a target will be, asked without touching its track.
 
 use super::answer::Answer;
-use super::foresight::Steady;
+use super::steady::Steady;
 use super::target::Target;
 use super::tracker::{INTERVAL_MAX_S, Recursive};
 use crate::clock::seconds_between;

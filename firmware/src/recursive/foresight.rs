@@ -16,8 +16,8 @@
 //!
 //! Nor do all targets keep up what they began: some turn on as built-in flights do, some brake and stop.
 //! A forecast is where the target would be if it went straight on, `c = p + v t`, and what the model adds to
-//! that, `u = f - c`, acceleration most of all. How much of `u` came true is a coefficient `k`, the regression of `x - c` on `u`,
-//! one by its prior:
+//! that, `u = f - c`, acceleration most of all. How much of `u` came true is a coefficient `k`, the
+//! regression of `x - c` on `u`, one by its prior:
 //!
 //! ```text
 //! k = (1 + sum g (x - c)' u / tr P_f) / (1 + sum g u' u / tr P_f),   g = 1 - tr P / tr P_f
@@ -26,6 +26,7 @@
 //! and later forecasts are `c + k u`. It says nothing of the step, nor of gaps: those the network knows.
 
 use super::state::{Covariance, State, position_variance};
+use super::steady::Steady;
 
 /// How far ahead a forecast is looked at again, s. After half a second a target that will turn has come
 /// true, and what is learned from it is wrong for two.
@@ -40,8 +41,8 @@ const LATE_MAX_US: u64 = 500_000;
 const PRIOR: f32 = 5.0;
 /// What is left of earlier comparisons at the next: those of the last twenty count.
 const KEPT: f32 = 0.95;
-/// Weight of the coefficient of one at the start, chosen on calm, built-in and fast flights of our own
-/// (docs/method.md).
+/// Weight of the coefficient of one at the start: of one and two, which flights of our own could not tell
+/// apart, the sooner learned (docs/method.md).
 const BEND_PRIOR: f32 = 1.0;
 /// What is left of earlier comparisons of what acceleration adds at the next: the last ten seconds count.
 /// Targets change what they are about sooner than how well they are known.
@@ -76,28 +77,6 @@ pub struct Foresight {
     pub(crate) followed: f32,
     /// Their squares.
     pub(crate) bent: f32,
-}
-
-/// A target that goes on as it is.
-#[derive(Clone, Copy, Debug)]
-pub struct Steady {
-    position_m: [f32; 3],
-    velocity_mps: [f32; 3],
-}
-
-impl Steady {
-    /// Without the acceleration of a state.
-    pub fn of(state: &State<f32>) -> Self {
-        Self {
-            position_m: [state[0], state[1], state[2]],
-            velocity_mps: [state[3], state[4], state[5]],
-        }
-    }
-
-    /// Where it is `time_s` later, m.
-    fn after(&self, time_s: f32) -> [f32; 3] {
-        core::array::from_fn(|axis| self.position_m[axis] + self.velocity_mps[axis] * time_s)
-    }
 }
 
 /// No forecast is open.

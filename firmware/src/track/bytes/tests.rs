@@ -100,6 +100,8 @@ fn answers(model: &Model<'_>, mut track: Track) -> std::vec::Vec<std::string::St
                 assert!(moving.into_iter().all(|x| x.is_finite()));
             }
         }
+        // What it has become is a track as well.
+        assert_eq!(Track::from_bytes(&written(&track)).map(|_| ()), Ok(()));
         list.push(std::format!("{fit:?} {ahead:?} {estimate:?}"));
     }
     list
