@@ -17,8 +17,9 @@ use serde::{Deserialize, Serialize};
 pub const EPISODES: u64 = 450;
 /// Highest learning rate by default.
 pub const RATE: f64 = 3e-4;
-/// How far the tuned model goes from the shipped weights to the trained ones by default.
-pub const BLEND: f64 = 0.8;
+/// How far the tuned model goes from the shipped weights to the trained ones by default: all the way, for on
+/// generated flights of our own a part of it learned less and kept hardly more (docs/method.md).
+pub const BLEND: f64 = 1.0;
 /// Shortest flight to learn from, s.
 pub const DURATION_MIN_S: f64 = 4.5;
 
@@ -59,7 +60,7 @@ pub struct Tuning {
 }
 
 impl Tuning {
-    /// Half rehearsal, and a part of the way: a prior of any kind cost more than it kept.
+    /// Half rehearsal and nothing else that holds: a prior of any kind cost more than it kept.
     pub fn new(blob_sha256: String, own: &[Flight], place: bool) -> Self {
         Self {
             rehearsal: 0.5,
