@@ -13,6 +13,7 @@
 
 pub mod activation;
 mod adjoint;
+mod alike;
 #[cfg(arm_dsp)]
 mod arm_columns;
 #[cfg(arm_dsp)]
@@ -29,7 +30,9 @@ mod vector;
 mod vfp;
 
 pub use adjoint::{Adjoint, VECTORS};
+pub use alike::Alike;
 pub use packed::Packed;
+pub use picked::RowBits;
 pub use second::Second;
 pub use vector::Vector;
 

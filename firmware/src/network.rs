@@ -3,6 +3,7 @@
 pub mod layer;
 pub mod moments;
 pub mod monte_carlo;
+pub mod repeats;
 mod unit_moments;
 
 use crate::blob::field::{LAYERS_MAX, WIDTH_MAX};

@@ -12,7 +12,7 @@ pub(super) const UNROLLED: usize = 4;
 const PAIRS: usize = (WIDTH_MAX / 2).next_multiple_of(UNROLLED);
 /// A row counts if it holds this share of the vectors' lengths, all together; next to nothing goes through
 /// the others, where GELU is flat or the unit was given up.
-const SHARE: f32 = 0.01;
+const SHARE: f32 = 0.02;
 
 /// Two rows of a layer, and what of the vectors belongs to them.
 #[derive(Clone, Copy, Debug)]

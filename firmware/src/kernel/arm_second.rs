@@ -1,65 +1,7 @@
 //! Sums of second moments on the microcontroller: two rows at a time, UMLAL adds up in 64 bits.
 
 use super::picked::Picked;
-use core::arch::{asm, naked_asm};
-
-/// Sum of the differences of four codes without their signs.
-#[inline]
-pub fn four_differences(codes: [u8; 4], others: [u8; 4]) -> u32 {
-    let mut sum = u32::from_le_bytes(codes);
-    // SAFETY: reads and writes registers only.
-    unsafe {
-        asm!(
-            "usad8 {sum}, {sum}, {others}",
-            sum = inout(reg) sum, others = in(reg) u32::from_le_bytes(others),
-            options(pure, nomem, nostack, preserves_flags)
-        );
-    }
-    sum
-}
-
-/// Sum of the differences of the codes of two rows, equally long and whole fours, without their signs.
-#[inline]
-pub fn differences(row: &[u8], other: &[u8]) -> u32 {
-    let fours = row.len() / 4;
-    if fours > 0 && row.len() == 4 * fours && other.len() == row.len() {
-        // SAFETY: reads as many fours of codes from both rows, of which there are some.
-        unsafe { sum_differences(row.as_ptr(), other.as_ptr(), fours) }
-    } else {
-        0
-    }
-}
-
-/// Fours of codes, at least one; the words of the rows may begin anywhere.
-#[unsafe(naked)]
-unsafe extern "C" fn sum_differences(row: *const u8, other: *const u8, fours: usize) -> u32 {
-    naked_asm!(
-        // r0 and r1 the rows, r2 fours that are left, r3 and r12 four codes of each, the sum in lr.
-        "push {{lr}}",
-        "mov lr, #0",
-        "2:",
-        "subs r2, #4",
-        "blo 3f",
-        ".rept 4",
-        "ldr r3, [r0], #4",
-        "ldr r12, [r1], #4",
-        "usada8 lr, r3, r12, lr",
-        ".endr",
-        "b 2b",
-        "3:",
-        "adds r2, #4",
-        "beq 5f",
-        "4:",
-        "ldr r3, [r0], #4",
-        "ldr r12, [r1], #4",
-        "usada8 lr, r3, r12, lr",
-        "subs r2, #1",
-        "bne 4b",
-        "5:",
-        "mov r0, lr",
-        "pop {{pc}}",
-    )
-}
+use core::arch::naked_asm;
 
 /// For each row of codes that was picked, four codes for each of `words`, the sum of what `table` makes of
 /// the codes times their words.

@@ -4,10 +4,11 @@
 //! prior's, next to nothing depends on it, and beside it those that matter are small. So nothing is
 //! quantised to 16 bits here.
 
+use super::alike::Alike;
 #[cfg(arm_dsp)]
-use super::arm_second::{differences, four_differences, sum_squares, sum_variances};
+use super::arm_second::{sum_squares, sum_variances};
 use super::packed::largest_magnitude;
-use super::picked::Picked;
+use super::picked::{self, Picked};
 use crate::blob::field::WIDTH_MAX;
 use crate::series;
 
@@ -46,8 +47,6 @@ pub struct Second {
     picked: Picked,
     /// Their sums.
     sums: [u64; WIDTH_MAX],
-    /// For every row which of the sums is its own.
-    places: [u8; WIDTH_MAX],
 }
 
 impl Second {
@@ -59,7 +58,6 @@ impl Second {
             scale: 0.0,
             picked: Picked::new(),
             sums: [0; WIDTH_MAX],
-            places: [0; WIDTH_MAX],
         }
     }
 
@@ -91,59 +89,47 @@ impl Second {
     }
 
     /// Writes for each row the sum over inputs of variance times moment, in units of the layer's largest
-    /// variance. Rows are variance codes padded with zeros to a multiple of four. A row like one before has
-    /// its sum.
-    pub fn dot_variances(&mut self, rows: &[u8], into: &mut [f32]) {
+    /// variance. Rows are variance codes padded with zeros to a multiple of four, `from` the place of the first
+    /// among those of the layer. A row that another of them stands for has its sum.
+    pub fn dot_variances(&mut self, rows: &[u8], from: usize, alike: &Alike, into: &mut [f32]) {
         let words = self.words.get(..self.used).unwrap_or(&self.words);
-        // A row is never empty, which the compiler does not know.
-        let stride = (4 * words.len()).clamp(1, WIDTH_MAX);
-        self.picked.clear();
-        // The row that others may be like: the latest that was summed, until one is met again.
-        let (mut other, mut own, mut met) = (&rows[..0], 0, false);
-        let all = rows.chunks_exact(stride).zip(&mut self.places);
-        for (index, (row, place)) in all.take(into.len()).enumerate() {
-            if alike(row, other) {
-                (*place, met) = (own, true);
-            } else {
-                *place = self.picked.count();
-                self.picked.push(index);
-                if !met {
-                    (other, own) = (row, *place);
-                }
-            }
-        }
+        let alike = alike.within(from, into.len());
+        self.picked.pick(picked::first(into.len()) & !alike.others);
         let sums = self.sums.get_mut(..self.picked.rows().len());
         let sums = sums.unwrap_or_default();
         sum_variances(rows, words, &self.picked, &VARIANCES, sums);
         let scale = self.scale / VARIANCE_MAX as f32;
-        for (into, &place) in into.iter_mut().zip(&self.places) {
-            *into = sums.get(usize::from(place)).map_or(0.0, |&sum| single(sum)) * scale;
+        let own = sums
+            .get(alike.own())
+            .map_or(0.0, |&sum| single(sum) * scale);
+        let mut each = sums.iter().map(|&sum| single(sum) * scale);
+        let mut others = alike.others;
+        for into in into {
+            *into = if others & 1 == 1 {
+                own
+            } else {
+                each.next().unwrap_or(0.0)
+            };
+            others >>= 1;
         }
     }
 
-    /// Writes for each row that `wanted` names the sum over inputs of squared int8 code times moment, zero
-    /// for the others. Rows are padded with zeros to a multiple of four.
+    /// Calls `each(row, sum)` with the sum over inputs of squared int8 code times moment for each row that is
+    /// `wanted`. Rows are padded with zeros to a multiple of four.
+    #[inline]
     pub fn dot_squares(
         &mut self,
         rows: &[u8],
         wanted: impl Iterator<Item = bool>,
-        into: &mut [f32],
+        mut each: impl FnMut(usize, f32),
     ) {
         let words = self.words.get(..self.used).unwrap_or(&self.words);
-        self.picked.clear();
-        for (index, (wanted, into)) in wanted.zip(into.iter_mut()).enumerate() {
-            *into = 0.0;
-            if wanted {
-                self.picked.push(index);
-            }
-        }
+        self.picked.pick(picked::bits(wanted));
         let sums = self.sums.get_mut(..self.picked.rows().len());
         let sums = sums.unwrap_or_default();
         sum_squares(rows, words, &self.picked, sums);
         for (&row, &mut sum) in self.picked.rows().iter().zip(sums) {
-            if let Some(into) = into.get_mut(usize::from(row)) {
-                *into = single(sum) * self.scale;
-            }
+            each(usize::from(row), single(sum) * self.scale);
         }
     }
 }
@@ -154,39 +140,10 @@ impl Default for Second {
     }
 }
 
-/// Whether two rows of variance codes, whole fours, differ by at most half a code on average, four per cent
-/// of a variance, even if up to three are padding.
-#[inline]
-fn alike(row: &[u8], other: &[u8]) -> bool {
-    let Some((first, others)) = row.first_chunk().zip(other.first_chunk()) else {
-        return false;
-    };
-    // Most that differ do so at once.
-    four_differences(*first, *others) <= 4 && differences(row, other) < row.len() as u32 / 2
-}
-
 /// Its two words converted apart: no target has to call for that.
 #[inline]
 fn single(sum: u64) -> f32 {
     (sum >> 32) as u32 as f32 * 4_294_967_296.0 + sum as u32 as f32
-}
-
-/// Sum of the differences of four codes without their signs.
-#[cfg(not(arm_dsp))]
-#[inline]
-fn four_differences(codes: [u8; 4], others: [u8; 4]) -> u32 {
-    let codes = codes.iter().zip(others);
-    codes.map(|(&a, b)| u32::from(a.abs_diff(b))).sum()
-}
-
-/// The same of two rows, whole fours.
-#[cfg(not(arm_dsp))]
-#[inline]
-fn differences(row: &[u8], other: &[u8]) -> u32 {
-    let fours = row.as_chunks().0.iter().zip(other.as_chunks().0);
-    fours
-        .map(|(&codes, &others)| four_differences(codes, others))
-        .sum()
 }
 
 /// For each row of codes that was picked, four codes for each of `words`, the sum of what `table` makes of
@@ -244,48 +201,46 @@ mod tests {
     /// Sums of two rows.
     fn both(second: &mut Second, rows: &[u8]) -> [[f32; 2]; 2] {
         let mut sums = [[f32::NAN; 2]; 2];
-        second.dot_variances(rows, &mut sums[0]);
-        second.dot_squares(rows, [true; 2].into_iter(), &mut sums[1]);
+        second.dot_variances(rows, 0, &Alike::NONE, &mut sums[0]);
+        second.dot_squares(rows, [true; 2].into_iter(), |row, sum| sums[1][row] = sum);
         sums
     }
 
-    /// A row that differs by half a code on average has the other's sum, one that differs by more its own.
+    /// Rows that another one stands for have its sum, where it is among them; all others have their own.
     #[test]
     fn rows_alike_have_one_sum() {
         let mut rng = seeded(12);
         let mut second = Second::new();
         for inputs in [8, 32, 61, 64] {
-            let stride = row_stride(inputs);
             let moments: Vec<f32> = (0..inputs)
                 .map(|_| 0.5 + standard_normal(&mut rng).abs())
                 .collect();
             second.pack(&moments);
-            let mut first = std::vec![0_u8; stride];
-            first[..inputs].fill_with(|| 1 + (rng.next_u32() % 250) as u8);
-            first[0] = 250;
-            let raised = |by: u8, many: usize| {
-                let mut row = first.clone();
-                row[..many].iter_mut().for_each(|code| *code += by);
-                row
+            let stride = row_stride(inputs);
+            let mut rows = std::vec![0_u8; 40 * stride];
+            for row in rows.chunks_exact_mut(stride) {
+                row[..inputs].fill_with(|| rng.next_u32() as u8);
+            }
+            let mut alone = [f32::NAN; 40];
+            second.dot_variances(&rows, 0, &Alike::NONE, &mut alone);
+            let alike = Alike {
+                others: 1 << 2 | 1 << 7 | 1 << 35,
+                first: 4,
             };
-            let (like, unlike) = (raised(1, stride / 2 - 1), raised(1, stride / 2));
-            let other: Vec<u8> = first.iter().map(|code| 251 - code).collect();
-            let rows = [&other, &first, &like, &unlike, &like, &raised(5, 1)]
-                .map(|row| &row[..])
-                .concat();
-            let mut sums = [f32::NAN; 6];
-            second.dot_variances(&rows, &mut sums);
-            let alone = |row: &[u8]| {
-                let mut sum = [f32::NAN];
-                let mut second = Second::new();
-                second.pack(&moments);
-                second.dot_variances(row, &mut sum);
-                sum[0]
-            };
-            let [b, a, c, d, e, f] = sums;
-            assert_eq!([a, b, d], [alone(&first), alone(&other), alone(&unlike)]);
-            assert_eq!([c, e], [a, a], "{inputs}");
-            assert!(d > a && f > a, "{inputs}");
+            for (from, count) in [(0, 40), (2, 38), (4, 5), (5, 35), (0, 4), (35, 1)] {
+                let mut sums = [f32::NAN; 40];
+                let rows = &rows[from * stride..];
+                second.dot_variances(rows, from, &alike, &mut sums[..count]);
+                let among = (from..from + count).contains(&4);
+                for (row, sum) in (from..).zip(&sums[..count]) {
+                    let own = if among && [2, 7, 35].contains(&row) {
+                        4
+                    } else {
+                        row
+                    };
+                    assert_eq!(*sum, alone[own], "{inputs} {from} {row}");
+                }
+            }
         }
     }
 
@@ -311,10 +266,12 @@ mod tests {
             }
             second.pack(&moments);
             let mut variances = std::vec![f32::NAN; outputs];
-            second.dot_variances(&rows, &mut variances);
-            let mut squares = std::vec![f32::NAN; outputs];
+            second.dot_variances(&rows, 0, &Alike::NONE, &mut variances);
+            let mut squares = std::vec![0.0; outputs];
             let wanted = |index| index % 3 != 1;
-            second.dot_squares(&rows, (0..outputs).map(wanted), &mut squares);
+            second.dot_squares(&rows, (0..outputs).map(wanted), |row, sum| {
+                squares[row] = sum;
+            });
             for (index, row) in rows.chunks_exact(stride).enumerate() {
                 let (mut variance, mut square) = (0.0, 0.0);
                 for (&code, &x) in row.iter().zip(&moments) {

@@ -15,7 +15,9 @@ use crate::inference::Inference;
 use crate::likelihood::Likelihood;
 use crate::measurement::{Measurement, Vectors};
 use crate::network::monte_carlo::{self, Moments, Sampling};
+use crate::network::repeats::Repeats;
 use crate::network::{Network, moments};
+use crate::part::Part;
 use crate::radar::{converted, innovations, predict};
 use crate::rng::Generator;
 use crate::sensor::Sensor;
@@ -35,14 +37,23 @@ const VARIANCE_FLOOR_M2: f32 = 1e-6;
 pub(crate) struct Model<'a> {
     pub(crate) blob: Blob<'a>,
     population: Population,
+    /// Of every network, where moments are built.
+    repeats: [[Repeats; field::NETWORKS_MAX]; Part::Moments.count()],
 }
 
 impl<'a> Model<'a> {
     /// Reads what surrounds the networks.
     pub fn new(blob: Blob<'a>) -> Self {
         let parameters = blob.parameters();
+        let mut repeats = [[Repeats::NONE; field::NETWORKS_MAX]; Part::Moments.count()];
+        if Part::Moments.is_built() {
+            for (repeats, view) in repeats.iter_mut().flatten().zip(blob.networks()) {
+                *repeats = Repeats::of(&Network::new(view));
+            }
+        }
         Self {
             blob,
+            repeats,
             population: Population {
                 speed_sigma: parameters.get(field::PARAMETER_SPEED_SIGMA),
                 acceleration_sigma: parameters.get(field::PARAMETER_ACCELERATION_SIGMA),
@@ -221,12 +232,14 @@ impl Memoryless<'_, '_> {
         let mut covariance = Matrix3::zeros();
         for (axis, view) in self.model.blob.networks().enumerate() {
             let network = Network::new(view);
+            let repeats = self.model.repeats.as_flattened().get(axis);
+            let repeats = repeats.unwrap_or(&Repeats::NONE);
             if self.model.blob.network_count() == 1 {
-                let joint = self.ask::<3>(&network, inputs);
+                let joint = self.ask::<3>(&network, repeats, inputs);
                 mean = Vector3::from(joint.mean);
                 covariance = Matrix3::from_fn(|i, j| joint.covariance[i][j]);
             } else {
-                let single = self.ask::<1>(&network, inputs);
+                let single = self.ask::<1>(&network, repeats, inputs);
                 let slots = (mean.get_mut(axis), covariance.get_mut((axis, axis)));
                 if let (Some(mean), Some(variance)) = slots {
                     [*mean] = single.mean;
@@ -242,7 +255,12 @@ impl Memoryless<'_, '_> {
         (position, covariance)
     }
 
-    fn ask<const N: usize>(&mut self, network: &Network<'_>, inputs: &[f32]) -> Moments<N> {
+    fn ask<const N: usize>(
+        &mut self,
+        network: &Network<'_>,
+        repeats: &Repeats,
+        inputs: &[f32],
+    ) -> Moments<N> {
         match self.settings.inference {
             Inference::Mean => {
                 let mut mean = [0.0; N];
@@ -263,7 +281,7 @@ impl Memoryless<'_, '_> {
             Inference::Moments => {
                 let mut mean = [0.0; N];
                 let scratch = &mut self.workspace.scratch;
-                let covariance = moments::outputs(network, inputs, &mut mean, 0, scratch);
+                let covariance = moments::outputs(network, repeats, inputs, &mut mean, 0, scratch);
                 Moments { mean, covariance }
             }
         }

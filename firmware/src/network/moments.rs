@@ -7,22 +7,25 @@
 //! `sum over layers of J diag(noise) J'`, where the noise of a hidden unit is that of its weights
 //! times the slope, plus what its curve makes of its whole variance.
 
+use super::repeats::Repeats;
 use super::unit_moments::UnitMoments;
 use super::{Network, Noise, Scratch, layer};
 use crate::blob::field::{WIDTH_MAX, row_stride};
 use crate::blob::{Activation, LayerView, NetworkView};
-use crate::kernel::{Second, VECTORS};
+use crate::kernel::{Alike, Second, VECTORS};
 
 /// What the square of an int8 code of a mean is on average, where the largest of a row is 127.
 const CODE_SQUARED: f32 = 2_600.0;
 /// What a pre-activation has of the layers before is neglected where it is guessed to be less than this
 /// share of the layer's own noise.
-const NEGLECTED: f32 = 0.1;
+const NEGLECTED: f32 = 0.25;
 
 /// The outputs' means, and the covariance of `N` of them, at most three, from `first` on; not yet
-/// scaled back. `inputs` are normalised; there is a slot in `outputs` for every output.
+/// scaled back. `inputs` are normalised; there is a slot in `outputs` for every output; `repeats` are the network's
+/// or none.
 pub fn outputs<const N: usize>(
     network: &Network<'_>,
+    repeats: &Repeats,
     inputs: &[f32],
     outputs: &mut [f32],
     first: usize,
@@ -31,7 +34,7 @@ pub fn outputs<const N: usize>(
     const { assert!(N <= VECTORS) };
     let mut noise = [0.0; VECTORS];
     let own = &mut noise[..N];
-    forward(&network.view, inputs, outputs, first, own, scratch);
+    forward(&network.view, repeats, inputs, outputs, first, own, scratch);
     let covariance = backward(&network.view, own, first, scratch);
     core::array::from_fn(|i| core::array::from_fn(|j| covariance[i.max(j)][i.min(j)]))
 }
@@ -40,6 +43,7 @@ pub fn outputs<const N: usize>(
 #[inline(never)]
 fn forward(
     view: &NetworkView<'_>,
+    repeats: &Repeats,
     inputs: &[f32],
     outputs: &mut [f32],
     first: usize,
@@ -69,15 +73,9 @@ fn forward(
     for (index, kept) in hidden.iter_mut().enumerate().take(last) {
         let layer = view.layer(index);
         let outputs = layer.outputs.min(WIDTH_MAX);
-        noises(
-            &layer,
-            0,
-            mean,
-            variance,
-            passed,
-            second,
-            &mut noise[..outputs],
-        );
+        square(&layer, mean, variance, passed, second);
+        let own = &mut noise[..outputs];
+        noises(&layer, 0, &repeats.layer(index), second, own);
         if index == 0 {
             passed.fill(0.0);
         } else {
@@ -96,7 +94,8 @@ fn forward(
         }
     }
     let layer = view.layer(last);
-    noises(&layer, first, mean, variance, passed, second, last_noise);
+    square(&layer, mean, variance, passed, second);
+    noises(&layer, first, &repeats.layer(last), second, last_noise);
     vector.pack(&mean[..layer.inputs.min(WIDTH_MAX)]);
     layer::means(&layer, vector, outputs);
 }
@@ -123,25 +122,34 @@ fn activate<'a>(
     }
 }
 
-/// Variances of pre-activations from `first` on that are due to this layer's weights and biases, as many as
-/// there is room for. Second moments are put together in `moments`.
+/// Packs the second moments of what goes into a layer; they are put together in `moments`.
 #[inline]
-fn noises(
+fn square(
     layer: &LayerView<'_>,
-    first: usize,
     mean: &[f32; WIDTH_MAX],
     variance: &[f32; WIDTH_MAX],
     moments: &mut [f32; WIDTH_MAX],
     second: &mut Second,
-    noise: &mut [f32],
 ) {
     let moments = &mut moments[..layer.inputs.min(WIDTH_MAX)];
     for (moment, (mean, variance)) in moments.iter_mut().zip(mean.iter().zip(variance)) {
         *moment = variance + mean * mean;
     }
     second.pack(moments);
+}
+
+/// Variances of pre-activations from `first` on that are due to this layer's weights and biases, as many as
+/// there is room for; `second` holds the inputs' second moments.
+#[inline]
+fn noises(
+    layer: &LayerView<'_>,
+    first: usize,
+    alike: &Alike,
+    second: &mut Second,
+    noise: &mut [f32],
+) {
     let rows = layer.variance_codes.get(first * row_stride(layer.inputs)..);
-    second.dot_variances(rows.unwrap_or_default(), noise);
+    second.dot_variances(rows.unwrap_or_default(), first, alike, noise);
     for (noise, bias) in noise.iter_mut().zip(layer.bias_variance.iter().skip(first)) {
         *noise = *noise * layer.variance_max + bias;
     }
@@ -164,10 +172,13 @@ fn pass(
     let counts = scales()
         .zip(noise)
         .map(|(square, noise)| square * all >= *noise);
-    second.dot_squares(layer.means, counts, passed);
-    for (passed, square) in passed.iter_mut().zip(scales()) {
-        *passed *= square;
-    }
+    passed.fill(0.0);
+    second.dot_squares(layer.means, counts, |row, sum| {
+        if let Some(passed) = passed.get_mut(row) {
+            let scale = layer.channel_scale.get(row);
+            *passed = sum * (scale * scale);
+        }
+    });
 }
 
 /// Goes from the outputs to the first hidden layer and collects the noise on the way: the lower triangle of
@@ -269,7 +280,14 @@ mod tests {
         let (bytes, layer) = (draft.bytes(), &draft.networks[0][0]);
         let network = Network::new(Blob::parse(&bytes).unwrap().networks().next().unwrap());
         let (x, mut mean) = (input(62), [f32::NAN; 3]);
-        let covariance: [[f32; 3]; 3] = outputs(&network, &x, &mut mean, 0, &mut Scratch::new());
+        let covariance: [[f32; 3]; 3] = outputs(
+            &network,
+            &Repeats::of(&network),
+            &x,
+            &mut mean,
+            0,
+            &mut Scratch::new(),
+        );
         let mut same = [0.0; 3];
         network.mean_pass(&x, &mut same);
         assert_eq!(mean, same);
@@ -310,7 +328,14 @@ mod tests {
             }
         }
         let mut got = [0.0; 3];
-        let found: [[f32; 3]; 3] = outputs(&network, &x, &mut got, 0, &mut scratch);
+        let found: [[f32; 3]; 3] = outputs(
+            &network,
+            &Repeats::of(&network),
+            &x,
+            &mut got,
+            0,
+            &mut scratch,
+        );
         let (mut apart, mut size, mut shift) = (0.0, 0.0, 0.0_f32);
         for i in 0..3 {
             shift = shift.max((got[i] - mean[i]).abs() / covariance[i][i].sqrt());
@@ -349,8 +374,22 @@ mod tests {
         let network = Network::new(Blob::parse(&bytes).unwrap().networks().next().unwrap());
         let (x, mut scratch) = (input(82), Scratch::new());
         let (mut mean, mut again) = ([0.0; 3], [0.0; 3]);
-        let all: [[f32; 3]; 3] = outputs(&network, &x, &mut mean, 0, &mut scratch);
-        let part: [[f32; 2]; 2] = outputs(&network, &x, &mut again, 1, &mut scratch);
+        let all: [[f32; 3]; 3] = outputs(
+            &network,
+            &Repeats::of(&network),
+            &x,
+            &mut mean,
+            0,
+            &mut scratch,
+        );
+        let part: [[f32; 2]; 2] = outputs(
+            &network,
+            &Repeats::of(&network),
+            &x,
+            &mut again,
+            1,
+            &mut scratch,
+        );
         assert_eq!(mean, again);
         for i in 0..2 {
             for j in 0..2 {
@@ -370,7 +409,14 @@ mod tests {
             for bad in [f32::NAN, f32::INFINITY, 1e30] {
                 let (mut x, mut mean) = (input(84), [0.0; 3]);
                 x[5] = bad;
-                let _: [[f32; 3]; 3] = outputs(&network, &x, &mut mean, 0, &mut Scratch::new());
+                let _: [[f32; 3]; 3] = outputs(
+                    &network,
+                    &Repeats::of(&network),
+                    &x,
+                    &mut mean,
+                    0,
+                    &mut Scratch::new(),
+                );
                 let finite = mean.iter().any(|mean| mean.is_finite());
                 assert!(!finite, "{activation} {bad}");
             }

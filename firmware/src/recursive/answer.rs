@@ -11,6 +11,7 @@ use super::sight::LineOfSight;
 use super::tracker::{Recursive, SILENCE_MAX_S};
 use crate::inference::{Inference, Passes};
 use crate::network::monte_carlo::separate_moments_into;
+use crate::network::repeats::Repeats;
 use crate::network::{Network, moments};
 use crate::part::Part;
 use crate::step_error::StepError;
@@ -122,8 +123,10 @@ impl Recursive<'_, '_> {
                 }
                 Inference::Moments if Part::Moments.is_built() => {
                     let scratch = &mut self.workspace.scratch;
+                    // Training leaves no unit of such a network unused.
+                    let repeats = &Repeats::NONE;
                     let [[x, _, _], [_, y, _], [_, _, z]] =
-                        moments::outputs(&network, inputs, outputs, JERK_OUTPUT, scratch);
+                        moments::outputs(&network, repeats, inputs, outputs, JERK_OUTPUT, scratch);
                     jerk_variance = [x, y, z];
                 }
                 // No settings were accepted for what is left out.

@@ -28,8 +28,8 @@ use crate::scenario::radar::Radar;
 /// and however many flights, filters that are tuned on generated flights are the same.
 pub const TUNING_SEED: u64 = 20_260_517;
 
-/// Tuning takes three episodes for every two epochs of a network's training, up to its own number.
-const EPISODES_PER_EPOCHS: (u64, u64) = (3, 2);
+/// Tuning takes so many episodes for every epoch of a network's training, up to its own number.
+const EPISODES_PER_EPOCH: u64 = 5;
 
 /// Generated flights that stand beside fewer recorded ones in [`TunedOn::Both`].
 const GENERATED_IN_BOTH: usize = 60;
@@ -243,7 +243,7 @@ impl Task<'_> {
             seed: seed::derive(self.seed, &ids),
             episodes: recipe
                 .episodes
-                .min(EPISODES_PER_EPOCHS.0 * u64::from(self.epochs) / EPISODES_PER_EPOCHS.1)
+                .min(EPISODES_PER_EPOCH * u64::from(self.epochs))
                 .max(1),
             sampling: model.sampling,
             ..recipe

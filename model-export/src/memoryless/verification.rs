@@ -19,6 +19,7 @@ use crate::seed;
 use bnkf::Spread;
 use bnkf::blob::{Activation, Blob, NetworkView};
 use bnkf::network::monte_carlo::{self, Sampling};
+use bnkf::network::repeats::Repeats;
 use bnkf::network::{Network, Scratch, moments};
 use bnkf::rng::seeded;
 use rayon::prelude::*;
@@ -104,6 +105,7 @@ pub fn compare(
         ..NetworkF64::from(weights)
     };
     let network = Network::new(view);
+    let repeats = Repeats::of(&network);
     let sigmas = match view.activation() {
         Activation::Gelu => unrounded_sigmas(weights, rows, passes),
         // The fast kernels are the trainer's, which has no other.
@@ -122,6 +124,7 @@ pub fn compare(
         let variance = match (outputs, without_passes) {
             (3, true) => diagonal(moments::outputs::<3>(
                 &network,
+                &repeats,
                 inputs,
                 &mut means,
                 0,
@@ -129,6 +132,7 @@ pub fn compare(
             )),
             (_, true) => diagonal(moments::outputs::<1>(
                 &network,
+                &repeats,
                 inputs,
                 &mut means[..outputs],
                 0,

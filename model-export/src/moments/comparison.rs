@@ -4,6 +4,7 @@ use super::inputs::Level;
 use super::reference::{MeanAndCovariance, decoded, sampled};
 use crate::posterior::architecture::ArchitectureError;
 use bnkf::blob::{Blob, Kind, NetworkView};
+use bnkf::network::repeats::Repeats;
 use bnkf::network::{Network, Scratch, moments};
 use bnkf::recursive::schedule::{JERK_OUTPUT, OUTPUTS};
 use serde::{Deserialize, Serialize};
@@ -116,12 +117,14 @@ impl Errors {
 /// What the firmware says of `judged`, one or three outputs.
 fn firmware(view: NetworkView<'_>, inputs: &[f32], judged: &Range<usize>) -> MeanAndCovariance {
     let network = Network::new(view);
+    let repeats = Repeats::of(&network);
     let mut mean = [0.0_f32; OUTPUTS];
     let (slots, first) = (&mut mean[..network.outputs()], judged.start);
     let mut scratch = Scratch::new();
     let covariance: Vec<Vec<f64>> = if judged.len() == 1 {
         wide(moments::outputs::<1>(
             &network,
+            &repeats,
             inputs,
             slots,
             first,
@@ -130,6 +133,7 @@ fn firmware(view: NetworkView<'_>, inputs: &[f32], judged: &Range<usize>) -> Mea
     } else {
         wide(moments::outputs::<3>(
             &network,
+            &repeats,
             inputs,
             slots,
             first,

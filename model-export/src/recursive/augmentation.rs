@@ -37,6 +37,15 @@ pub struct Augmentation {
     pub elsewhere: Elsewhere,
     /// Whether flights stay where they are, turned and mirrored about the radar.
     pub kept: bool,
+    /// Standard deviations of the logarithms of horizontal distance and height that flights which stay are moved by
+    /// all the same.
+    #[serde(default, skip_serializing_if = "is_nothing")]
+    pub kept_spread: [f64; 2],
+}
+
+/// What older recipes do not name.
+fn is_nothing(spread: &[f64; 2]) -> bool {
+    *spread == [0.0; 2]
 }
 
 /// Fewest steps of a training flight.
@@ -60,6 +69,7 @@ impl Augmentation {
             elevation_deg: [-80.0, 89.0],
         },
         kept: false,
+        kept_spread: [0.0; 2],
     };
 
     /// Turned, mirrored and placed only.
@@ -181,7 +191,7 @@ impl Augmentation {
         let half: [f64; 3] = core::array::from_fn(|axis| 0.5 * (high[axis] - low[axis]));
         let centre: [f64; 3] = core::array::from_fn(|axis| low[axis] + half[axis]);
         let target = if self.kept {
-            centre
+            self.near(centre, random)
         } else if random.chance(self.elsewhere_share) {
             self.elsewhere.draw(random)
         } else {
@@ -192,6 +202,17 @@ impl Augmentation {
                 sample.position_m[axis] += target[axis] - centre[axis];
             }
         }
+    }
+
+    /// A place as far from the radar and as high as this one, or nearly.
+    fn near(&self, [x, y, z]: [f64; 3], random: &mut RandomSource) -> [f64; 3] {
+        if is_nothing(&self.kept_spread) {
+            return [x, y, z];
+        }
+        let [distance, height] = self
+            .kept_spread
+            .map(|sigma| (sigma * random.normal()).exp().clamp(0.5, 2.0));
+        [distance * x, distance * y, height * z]
     }
 }
 
@@ -332,6 +353,40 @@ mod tests {
                 let [x, y, z] = sample.position_m;
                 assert!((x.hypot(y) - 5.0).abs() < 1e-3 && (z - 12.0).abs() < 1e-9);
             }
+        }
+    }
+
+    /// Distances and heights are spread by what they are told, and flights keep their shape.
+    #[test]
+    fn flights_that_stay_are_moved_a_little() {
+        let mut far = circle();
+        for sample in &mut far.samples {
+            sample.position_m[0] += 40.0;
+        }
+        let near = Augmentation {
+            kept: true,
+            kept_spread: [0.1, 0.2],
+            ..Augmentation::STILL
+        };
+        let mut random = RandomSource::new(7, &[]);
+        let mut sums = [[0.0; 2]; 2];
+        for _ in 0..400 {
+            // A whole turn, whose mean is its centre.
+            let samples = near.draw(&far, &Volume::PAPER, 157, 0.1, &mut random);
+            let mean: [f64; 3] = core::array::from_fn(|axis| {
+                samples.iter().map(|s| s.position_m[axis]).sum::<f64>() / samples.len() as f64
+            });
+            let logarithms = [(mean[0].hypot(mean[1]) / 40.0).ln(), (mean[2] / 12.0).ln()];
+            for (sum, logarithm) in sums.iter_mut().zip(logarithms) {
+                sum[0] += logarithm / 400.0;
+                sum[1] += logarithm * logarithm / 400.0;
+            }
+            let radius = |s: &Sample| (s.position_m[0] - mean[0]).hypot(s.position_m[1] - mean[1]);
+            assert!(samples.iter().all(|s| (radius(s) - 5.0).abs() < 0.3));
+        }
+        for (sum, sigma) in sums.iter().zip([0.1, 0.2]) {
+            assert!(sum[0].abs() < 0.03, "{sums:?}");
+            assert!((sum[1].sqrt() / sigma - 1.0).abs() < 0.15, "{sums:?}");
         }
     }
 }

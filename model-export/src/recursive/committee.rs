@@ -9,6 +9,7 @@ use crate::scoring::step_score::StepScore;
 use bnkf::Inference;
 use bnkf::blob::Blob;
 use bnkf::network::monte_carlo::separate_moments;
+use bnkf::network::repeats::Repeats;
 use bnkf::network::{Network, Scratch, moments};
 use bnkf::recursive::parameters::Parameters;
 use bnkf::recursive::population::{Base, Population};
@@ -27,6 +28,7 @@ pub struct Committee<'b> {
 struct Member<'b> {
     normalisation: Normalisation,
     network: Network<'b>,
+    repeats: Repeats,
 }
 
 /// Why blobs make no committee.
@@ -65,9 +67,10 @@ impl<'b> Committee<'b> {
         for blob in blobs {
             let (_, normalisation) =
                 RecursiveModel::surroundings(blob).ok_or(CommitteeError::OtherKind)?;
-            members.extend(blob.networks().map(|view| Member {
+            members.extend(blob.networks().map(Network::new).map(|network| Member {
                 normalisation: normalisation.clone(),
-                network: Network::new(view),
+                repeats: Repeats::of(&network),
+                network,
             }));
         }
         Ok(Self {
@@ -103,7 +106,7 @@ impl<'b> Committee<'b> {
                     own.memory.notes = notes.notes;
                     let list = features_of(&own, arrival.dt_s);
                     let inputs = member.normalisation.apply(&list).map(|x| x as f32);
-                    let opinion = sampler.ask(&member.network, &inputs);
+                    let opinion = sampler.ask(member, &inputs);
                     notes.noted(arrival.dt_s, &opinion.outputs[NOTE_OUTPUT..]);
                     opinion
                 })
@@ -134,7 +137,10 @@ struct Opinion {
 }
 
 impl Sampler {
-    fn ask(&mut self, network: &Network<'_>, inputs: &[f32]) -> Opinion {
+    fn ask(&mut self, member: &Member<'_>, inputs: &[f32]) -> Opinion {
+        let Member {
+            network, repeats, ..
+        } = member;
         let (mut outputs, mut variances) = ([0.0_f32; OUTPUTS], [0.0_f32; OUTPUTS]);
         match self.inference {
             Inference::Mean => network.mean_pass(inputs, &mut outputs),
@@ -151,7 +157,7 @@ impl Sampler {
             Inference::Moments => {
                 let scratch = &mut self.scratch;
                 let covariance: [[f32; 3]; 3] =
-                    moments::outputs(network, inputs, &mut outputs, JERK_OUTPUT, scratch);
+                    moments::outputs(network, repeats, inputs, &mut outputs, JERK_OUTPUT, scratch);
                 for (axis, row) in covariance.iter().enumerate() {
                     variances[JERK_OUTPUT + axis] = row[axis];
                 }

@@ -153,6 +153,7 @@ impl<'f> Training<'f> {
         model: &RecursiveModel,
     ) -> Result<Self, TrainingError> {
         let tuning = recipe.tuning.clone().ok_or(TrainingError::NoFlights)?;
+        let augmentation = tuning.augmentation(own, &model.parameters.population);
         let model = refitted(model, own, tuning.place);
         check_batch(&recipe)?;
         if own.is_empty() || flights.is_empty() {
@@ -164,7 +165,7 @@ impl<'f> Training<'f> {
             own: Some(Own {
                 flights: own,
                 recipe: Recipe {
-                    augmentation: tuning.augmentation(),
+                    augmentation,
                     ..recipe.clone()
                 },
                 shipped: model.network.clone(),

@@ -13,15 +13,21 @@ use bnkf::recursive::population::Population;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
-/// Batches of flights by default.
-pub const EPISODES: u64 = 450;
-/// Highest learning rate by default.
-pub const RATE: f64 = 3e-4;
-/// How far the tuned model goes from the shipped weights to the trained ones by default: all the way, for on
-/// generated flights of our own a part of it learned less and kept hardly more (docs/method.md).
-pub const BLEND: f64 = 1.0;
+/// Batches of flights by default: half as many learn a little less of generated flights of our own, in half
+/// the time (docs/method.md).
+pub const EPISODES: u64 = 900;
+/// Highest learning rate by default: beside [`BLEND`] a third of it learned less of generated flights of our own
+/// and forgot more of others (docs/method.md).
+pub const RATE: f64 = 1e-3;
+/// How far the tuned model goes from the shipped weights to the trained ones by default.
+pub const BLEND: f64 = 0.8;
 /// Shortest flight to learn from, s.
 pub const DURATION_MIN_S: f64 = 4.5;
+
+/// Least distance and height that are told apart, m.
+const NEAREST_M: f64 = 1.0;
+/// Most that flights which stay where they are are moved, in the logarithm of distance and height.
+const SPREAD_MAX: f64 = 0.5;
 
 /// What holds the weights where they were.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -72,10 +78,16 @@ impl Tuning {
         }
     }
 
-    /// How own flights are changed: turned and mirrored, and placed if they are to be.
-    pub fn augmentation(&self) -> Augmentation {
+    /// How own flights of targets with this population are changed: turned and mirrored, and placed if they are to
+    /// be. Where they stay they are examples of places, and near them others will be flown.
+    pub fn augmentation(&self, own: &[Flight], known: &Population<f64>) -> Augmentation {
         Augmentation {
             kept: !self.place,
+            kept_spread: if self.place {
+                [0.0; 2]
+            } else {
+                places_spread(own, known)
+            },
             ..Augmentation::STILL
         }
     }
@@ -94,6 +106,35 @@ impl Tuning {
 pub fn usable(flights: Vec<Flight>) -> Vec<Flight> {
     let long = |flight: &Flight| flight.duration_s() >= DURATION_MIN_S;
     flights.into_iter().filter(long).collect()
+}
+
+/// Standard deviations of the logarithms of horizontal distance and height, for places like those of `own` flights:
+/// a kernel of the width that suits so many points in two dimensions (Silverman and Young 1987, "The bootstrap:
+/// to smooth or not to smooth?"), where what is known counts as one flight.
+fn places_spread(own: &[Flight], known: &Population<f64>) -> [f64; 2] {
+    let count = own.len() as f64;
+    let spread = |value: fn(&[f64; 3]) -> f64, known: f64| {
+        let places = own.iter().map(|flight| {
+            let values = flight.samples.iter().map(|s| value(&s.position_m));
+            let mean = values.sum::<f64>() / flight.samples.len() as f64;
+            mean.abs().max(NEAREST_M).ln()
+        });
+        let mean = places.clone().sum::<f64>() / count;
+        let squares: f64 = places.map(|place| (place - mean).powi(2)).sum();
+        ((squares + known * known) / count).sqrt() * count.powf(-1.0 / 6.0)
+    };
+    let relative = |sigma: f64, mean: f64| (sigma / mean.abs().max(NEAREST_M)).min(SPREAD_MAX);
+    [
+        spread(
+            |[x, y, _]| x.hypot(*y),
+            relative(known.horizontal_sigma_m, known.horizontal_m),
+        ),
+        spread(
+            |[_, _, z]| *z,
+            relative(known.height_sigma_m, known.height_m),
+        ),
+    ]
+    .map(|spread| spread.min(SPREAD_MAX))
 }
 
 /// The model with the prior of its first measurement widened to what `own` flights are like: half of

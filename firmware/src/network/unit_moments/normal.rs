@@ -34,7 +34,8 @@ pub fn normal(x: f32) -> (f32, f32) {
     let [above, above_step, density, density_step] = NORMAL[index];
     let fraction = place - index as f32;
     let above = above + fraction * above_step;
-    (0.5 + above.copysign(x), density + fraction * density_step)
+    let above = if x < 0.0 { -above } else { above };
+    (0.5 + above, density + fraction * density_step)
 }
 
 #[cfg(test)]

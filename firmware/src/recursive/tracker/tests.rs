@@ -5,6 +5,7 @@ use crate::estimate::Estimate;
 use crate::inference::Inference;
 use crate::measurement::Sensed;
 use crate::network::monte_carlo::separate_moments;
+use crate::network::repeats::Repeats;
 use crate::network::{Network, Scratch, moments};
 use crate::recursive::envelope::Envelope;
 use crate::recursive::factor::Factor;
@@ -351,7 +352,7 @@ fn the_network_reads_and_answers_in_its_own_units() {
         let (outputs, jerk_variance) = tracker.infer(&mut inputs);
         assert_eq!(inputs, expected_inputs);
         let (mut plain, mut variances) = ([0.0; OUTPUTS], [0.0; OUTPUTS]);
-        let scratch = &mut Scratch::new();
+        let (scratch, repeats) = (&mut Scratch::new(), Repeats::of(&network));
         match inference {
             Inference::Mean => network.mean_pass(&inputs, &mut plain),
             Inference::Passes(passes) => {
@@ -363,7 +364,7 @@ fn the_network_reads_and_answers_in_its_own_units() {
             Inference::Moments => {
                 for output in 4..7 {
                     let [[variance]] =
-                        moments::outputs(&network, &inputs, &mut plain, output, scratch);
+                        moments::outputs(&network, &repeats, &inputs, &mut plain, output, scratch);
                     variances[output] = variance;
                 }
             }
