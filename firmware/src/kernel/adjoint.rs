@@ -53,17 +53,11 @@ impl Adjoint {
         }
     }
 
-    /// Quantises `vectors` (`[row][vector]`, at most [`WIDTH_MAX`] rows of `stride` codes): 16 bits over
-    /// the length of each. NaN or infinity gives a scale of NaN or infinity.
+    /// Quantises `vectors` (`[row][vector]`, at most [`WIDTH_MAX`] rows of `stride` codes), whose sums of squares
+    /// are `squares`: 16 bits over the length of each. NaN or infinity gives a scale of NaN or infinity.
     #[inline]
-    pub fn pack(&mut self, vectors: &[[f32; VECTORS]], stride: usize) {
-        let mut lengths = [0.0; VECTORS];
-        for vector in vectors {
-            for (length, x) in lengths.iter_mut().zip(vector) {
-                *length += x * x;
-            }
-        }
-        let lengths = lengths.map(sqrt);
+    pub fn pack(&mut self, vectors: &[[f32; VECTORS]], squares: &[f32; VECTORS], stride: usize) {
+        let lengths = squares.map(sqrt);
         let inverse = lengths.map(steps_per_unit);
         self.scale = lengths.map(|length| length / VALUE_MAX);
         let mut rows = (0_u32..)
@@ -151,6 +145,11 @@ mod tests {
     use rand_core::Rng;
     use std::vec::Vec;
 
+    fn pack(adjoint: &mut Adjoint, vectors: &[[f32; VECTORS]], stride: usize) {
+        let squares = |n: usize| vectors.iter().map(|vector| vector[n] * vector[n]).sum();
+        adjoint.pack(vectors, &core::array::from_fn(squares), stride);
+    }
+
     /// Naive f64 sums, with inputs and outputs that are no multiple of four or two; what does not count is
     /// little beside the rest.
     #[test]
@@ -166,7 +165,7 @@ mod tests {
             for row in rows.chunks_exact_mut(stride) {
                 row[..inputs].fill_with(|| rng.next_u32() as u8);
             }
-            adjoint.pack(&vectors, stride);
+            pack(&mut adjoint, &vectors, stride);
             let products: Vec<_> = adjoint.dot_columns(&rows, inputs).collect();
             assert_eq!(products.len(), inputs);
             for (input, got) in products.iter().enumerate() {
@@ -197,7 +196,7 @@ mod tests {
                 [0.0, size, -0.1 * size]
             })
             .collect();
-        adjoint.pack(&vectors, 4);
+        pack(&mut adjoint, &vectors, 4);
         let products: Vec<_> = adjoint.dot_columns(&[1; 256], 4).collect();
         let expected: f32 = vectors.iter().map(|v| v[1]).filter(|&x| x > 0.5).sum();
         assert_eq!(products.len(), 4);
@@ -213,7 +212,7 @@ mod tests {
     fn every_row_counts_that_holds_its_share() {
         let mut adjoint = Adjoint::new();
         for count in [64, 63, 41, 9, 1] {
-            adjoint.pack(&std::vec![[2.0, 0.0, 0.0]; count], 4);
+            pack(&mut adjoint, &std::vec![[2.0, 0.0, 0.0]; count], 4);
             let codes = std::vec![1; 4 * count];
             let products: Vec<_> = adjoint.dot_columns(&codes, 4).collect();
             let expected = 2.0 * count as f32;
@@ -226,7 +225,7 @@ mod tests {
     fn what_is_not_finite_does_not_come_out_as_a_number() {
         for bad in [f32::NAN, f32::INFINITY] {
             let mut adjoint = Adjoint::new();
-            adjoint.pack(&[[1.0, 1.0, 0.0], [1.0, bad, 0.0]], 4);
+            pack(&mut adjoint, &[[1.0, 1.0, 0.0], [1.0, bad, 0.0]], 4);
             for product in adjoint.dot_columns(&[1; 8], 4) {
                 assert!((product[0] - 2.0).abs() < 1e-4);
                 assert!(!product[1].is_finite());

@@ -211,12 +211,17 @@ fn backward(
         *row = core::array::from_fn(|i| if i == n { scale } else { 0.0 });
         covariance[n] = *noise;
     }
+    let mut squares: [f32; VECTORS] = core::array::from_fn(|i| {
+        let scale = noise.get(i).map_or(0.0, |_| scales.get(first + i));
+        scale * scale
+    });
     // Rows of the layer that go back, from one on.
     let (mut from, mut count) = (first, noise.len());
     for (index, kept) in hidden.iter().enumerate().take(last).rev() {
         let layer = view.layer(index + 1);
         let stride = row_stride(layer.inputs);
-        adjoint.pack(&rows[..count.min(WIDTH_MAX)], stride);
+        adjoint.pack(&rows[..count.min(WIDTH_MAX)], &squares, stride);
+        squares = [0.0; VECTORS];
         let codes = layer.means.get(from * stride..).unwrap_or_default();
         let columns = adjoint.dot_columns(codes, layer.inputs);
         for ((row, &kept), derivatives) in rows.iter_mut().zip(kept).zip(columns) {
@@ -227,6 +232,7 @@ fn backward(
                     covariance[i][j] += weighed * derivatives[j];
                 }
                 row[i] = derivatives[i] * slope;
+                squares[i] += row[i] * row[i];
             }
         }
         (from, count) = (0, layer.inputs);
