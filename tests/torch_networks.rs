@@ -6,6 +6,7 @@ mod tolerance;
 use bnkf::Spread;
 use bnkf::blob::{Activation, Blob, FeatureLayout};
 use bnkf::network::monte_carlo::{Moments, Sampling, moments};
+use bnkf::network::repeats::Repeats;
 use bnkf::network::{self, Network, Scratch};
 use bnkf::rng::seeded;
 use bnkf_model_export::import::{layers, model, recipe, weight_file};
@@ -170,7 +171,9 @@ fn assert_torchs<const N: usize>(
     let sigma = |i: usize| row("covariance", i)[i].sqrt();
     let mut outputs = [0.0; N];
     let mut scratch = Scratch::new();
-    let covariance = network::moments::outputs(network, input, &mut outputs, 0, &mut scratch);
+    let repeats = Repeats::of(network);
+    let covariance =
+        network::moments::outputs(network, &repeats, input, &mut outputs, 0, &mut scratch);
     let without_passes = Moments {
         mean: outputs,
         covariance,
