@@ -12,8 +12,8 @@
 #include <stdint.h>
 /* Alignment of every place, and sizes in words of 8 bytes and in bytes. */
 #define BNKF_ALIGNMENT 8
-#define BNKF_MODEL_WORDS 52
-#define BNKF_MODEL_BYTES 416
+#define BNKF_MODEL_WORDS 49
+#define BNKF_MODEL_BYTES 392
 #define BNKF_WORKSPACE_WORDS 976
 #define BNKF_WORKSPACE_BYTES 7808
 #define BNKF_TRACK_WORDS 179

@@ -19,7 +19,7 @@ pub(crate) enum Inner<'a> {
 }
 
 /// Memory of a [`Model`], part of the contract; the blob is beside it.
-pub const MODEL_BYTES_MAX: usize = 408;
+pub const MODEL_BYTES_MAX: usize = 384;
 const _: () = assert!(size_of::<Model<'static>>() <= MODEL_BYTES_MAX);
 
 impl<'a> Model<'a> {

@@ -48,24 +48,10 @@ impl Alike {
         best
     }
 
-    /// The same counted from row `from` on, of which there are `count`: every row for itself if the one that stands
-    /// for others is not among them.
-    #[inline]
-    pub fn within(&self, from: usize, count: usize) -> Self {
-        let first = usize::from(self.first);
-        match first.checked_sub(from) {
-            Some(first) if first < count => Self {
-                others: self.others.checked_shr(from as u32).unwrap_or(0),
-                first: first as u8,
-            },
-            _ => Self::NONE,
-        }
-    }
-
     /// Place of the row that stands for others among those that nothing stands for.
     #[inline]
     pub fn own(&self) -> usize {
-        let before = self.others & picked::first(usize::from(self.first));
+        let before = self.others & picked::leading(usize::from(self.first));
         usize::from(self.first) - before.count_ones() as usize
     }
 }

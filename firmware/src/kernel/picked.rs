@@ -18,9 +18,9 @@ pub(super) fn bits(are: impl Iterator<Item = bool>) -> RowBits {
     bits.checked_shr(free).unwrap_or(0)
 }
 
-/// Bits of the first rows, so many.
+/// Bits of so many rows from the first on.
 #[inline]
-pub(super) fn first(count: usize) -> RowBits {
+pub(super) fn leading(count: usize) -> RowBits {
     let beyond = RowBits::MAX.checked_shl(count as u32).unwrap_or(0);
     !beyond
 }
@@ -45,6 +45,7 @@ impl Picked {
     }
 
     /// These rows and no others.
+    // Once in flash.
     #[inline(never)]
     pub fn pick(&mut self, rows: RowBits) {
         let (mut slots, mut last) = (self.rows.iter_mut(), None);
@@ -106,7 +107,7 @@ mod tests {
         for count in [0, 1, 3, 33, 63, 64] {
             let all = bits((0..count).map(|_| true));
             assert_eq!(all.count_ones() as usize, count);
-            assert_eq!(all, first(count));
+            assert_eq!(all, leading(count));
         }
         assert_eq!(bits((0..100).map(|row| row > 62)), 1 << 63);
     }

@@ -89,12 +89,12 @@ impl Second {
     }
 
     /// Writes for each row the sum over inputs of variance times moment, in units of the layer's largest
-    /// variance. Rows are variance codes padded with zeros to a multiple of four, `from` the place of the first
-    /// among those of the layer. A row that another of them stands for has its sum.
-    pub fn dot_variances(&mut self, rows: &[u8], from: usize, alike: &Alike, into: &mut [f32]) {
+    /// variance. Rows are variance codes padded with zeros to a multiple of four. A row that another of them stands
+    /// for has its sum.
+    pub fn dot_variances(&mut self, rows: &[u8], alike: Alike, into: &mut [f32]) {
         let words = self.words.get(..self.used).unwrap_or(&self.words);
-        let alike = alike.within(from, into.len());
-        self.picked.pick(picked::first(into.len()) & !alike.others);
+        self.picked
+            .pick(picked::leading(into.len()) & !alike.others);
         let sums = self.sums.get_mut(..self.picked.rows().len());
         let sums = sums.unwrap_or_default();
         sum_variances(rows, words, &self.picked, &VARIANCES, sums);
@@ -201,12 +201,12 @@ mod tests {
     /// Sums of two rows.
     fn both(second: &mut Second, rows: &[u8]) -> [[f32; 2]; 2] {
         let mut sums = [[f32::NAN; 2]; 2];
-        second.dot_variances(rows, 0, &Alike::NONE, &mut sums[0]);
+        second.dot_variances(rows, Alike::NONE, &mut sums[0]);
         second.dot_squares(rows, [true; 2].into_iter(), |row, sum| sums[1][row] = sum);
         sums
     }
 
-    /// Rows that another one stands for have its sum, where it is among them; all others have their own.
+    /// Rows that another one stands for have its sum, whether it lies before or behind; all others have their own.
     #[test]
     fn rows_alike_have_one_sum() {
         let mut rng = seeded(12);
@@ -222,24 +222,16 @@ mod tests {
                 row[..inputs].fill_with(|| rng.next_u32() as u8);
             }
             let mut alone = [f32::NAN; 40];
-            second.dot_variances(&rows, 0, &Alike::NONE, &mut alone);
+            second.dot_variances(&rows, Alike::NONE, &mut alone);
             let alike = Alike {
                 others: 1 << 2 | 1 << 7 | 1 << 35,
                 first: 4,
             };
-            for (from, count) in [(0, 40), (2, 38), (4, 5), (5, 35), (0, 4), (35, 1)] {
-                let mut sums = [f32::NAN; 40];
-                let rows = &rows[from * stride..];
-                second.dot_variances(rows, from, &alike, &mut sums[..count]);
-                let among = (from..from + count).contains(&4);
-                for (row, sum) in (from..).zip(&sums[..count]) {
-                    let own = if among && [2, 7, 35].contains(&row) {
-                        4
-                    } else {
-                        row
-                    };
-                    assert_eq!(*sum, alone[own], "{inputs} {from} {row}");
-                }
+            let mut sums = [f32::NAN; 40];
+            second.dot_variances(&rows, alike, &mut sums);
+            for (row, sum) in sums.iter().enumerate() {
+                let own = if [2, 7, 35].contains(&row) { 4 } else { row };
+                assert_eq!(*sum, alone[own], "{inputs} {row}");
             }
         }
     }
@@ -266,7 +258,7 @@ mod tests {
             }
             second.pack(&moments);
             let mut variances = std::vec![f32::NAN; outputs];
-            second.dot_variances(&rows, 0, &Alike::NONE, &mut variances);
+            second.dot_variances(&rows, Alike::NONE, &mut variances);
             let mut squares = std::vec![0.0; outputs];
             let wanted = |index| index % 3 != 1;
             second.dot_squares(&rows, (0..outputs).map(wanted), |row, sum| {

@@ -75,7 +75,7 @@ fn forward(
         let outputs = layer.outputs.min(WIDTH_MAX);
         square(&layer, mean, variance, passed, second);
         let own = &mut noise[..outputs];
-        noises(&layer, 0, &repeats.layer(index), second, own);
+        noises(&layer, 0, repeats.layer(index), second, own);
         if index == 0 {
             passed.fill(0.0);
         } else {
@@ -95,7 +95,7 @@ fn forward(
     }
     let layer = view.layer(last);
     square(&layer, mean, variance, passed, second);
-    noises(&layer, first, &repeats.layer(last), second, last_noise);
+    noises(&layer, first, Alike::NONE, second, last_noise);
     vector.pack(&mean[..layer.inputs.min(WIDTH_MAX)]);
     layer::means(&layer, vector, outputs);
 }
@@ -144,12 +144,12 @@ fn square(
 fn noises(
     layer: &LayerView<'_>,
     first: usize,
-    alike: &Alike,
+    alike: Alike,
     second: &mut Second,
     noise: &mut [f32],
 ) {
     let rows = layer.variance_codes.get(first * row_stride(layer.inputs)..);
-    second.dot_variances(rows.unwrap_or_default(), first, alike, noise);
+    second.dot_variances(rows.unwrap_or_default(), alike, noise);
     for (noise, bias) in noise.iter_mut().zip(layer.bias_variance.iter().skip(first)) {
         *noise = *noise * layer.variance_max + bias;
     }
@@ -279,21 +279,31 @@ mod tests {
         core::array::from_fn(|_| standard_normal(&mut rng))
     }
 
+    fn network(bytes: &[u8]) -> Network<'_> {
+        Network::new(Blob::parse(bytes).unwrap().networks().next().unwrap())
+    }
+
+    /// As a memoryless tracker asks for them.
+    fn all_moments<const N: usize>(
+        network: &Network<'_>,
+        inputs: &[f32],
+        mean: &mut [f32],
+        first: usize,
+        scratch: &mut Scratch,
+    ) -> [[f32; N]; N] {
+        let repeats = Repeats::of(network);
+        outputs(network, &repeats, inputs, mean, first, scratch)
+    }
+
     /// Nothing is approximated but the numbers' formats: sums over the weights in f64.
     #[test]
     fn one_layer_is_exact() {
         let draft = Draft::memoryless(&[12, 3], 61);
         let (bytes, layer) = (draft.bytes(), &draft.networks[0][0]);
-        let network = Network::new(Blob::parse(&bytes).unwrap().networks().next().unwrap());
+        let network = network(&bytes);
         let (x, mut mean) = (input(62), [f32::NAN; 3]);
-        let covariance: [[f32; 3]; 3] = outputs(
-            &network,
-            &Repeats::of(&network),
-            &x,
-            &mut mean,
-            0,
-            &mut Scratch::new(),
-        );
+        let covariance: [[f32; 3]; 3] =
+            all_moments(&network, &x, &mut mean, 0, &mut Scratch::new());
         let mut same = [0.0; 3];
         network.mean_pass(&x, &mut same);
         assert_eq!(mean, same);
@@ -312,7 +322,7 @@ mod tests {
         let mut draft = Draft::memoryless(widths, seed);
         draft.activation = activation;
         let bytes = draft.bytes();
-        let network = Network::new(Blob::parse(&bytes).unwrap().networks().next().unwrap());
+        let network = network(&bytes);
         let (x, mut scratch, mut rng) = (input(seed + 1), Scratch::new(), seeded(seed));
         let sampled = (0..10).map(|_| {
             moments::<3>(
@@ -334,14 +344,7 @@ mod tests {
             }
         }
         let mut got = [0.0; 3];
-        let found: [[f32; 3]; 3] = outputs(
-            &network,
-            &Repeats::of(&network),
-            &x,
-            &mut got,
-            0,
-            &mut scratch,
-        );
+        let found: [[f32; 3]; 3] = all_moments(&network, &x, &mut got, 0, &mut scratch);
         let (mut apart, mut size, mut shift) = (0.0, 0.0, 0.0_f32);
         for i in 0..3 {
             shift = shift.max((got[i] - mean[i]).abs() / covariance[i][i].sqrt());
@@ -374,28 +377,41 @@ mod tests {
         }
     }
 
+    /// Rows that are the same in a layer of their own, not the first and not the last: what is found there holds
+    /// there, and changes nothing.
+    #[test]
+    fn rows_that_are_the_same_are_summed_once_to_the_same_bits() {
+        let mut draft = Draft::memoryless(&[12, 9, 20, 7, 3], 87);
+        let codes = &mut draft.networks[0][1].variance_codes;
+        let row = codes[4 * 9..5 * 9].to_vec();
+        for other in [6, 11, 12, 19] {
+            codes[other * 9..][..9].copy_from_slice(&row);
+        }
+        let bytes = draft.bytes();
+        let network = network(&bytes);
+        let (x, mut scratch, repeats) = (input(88), Scratch::new(), Repeats::of(&network));
+        let alike = repeats.layer(1);
+        assert_eq!(
+            (alike.first, alike.others),
+            (4, 1 << 6 | 1 << 11 | 1 << 12 | 1 << 19)
+        );
+        for index in [0, 2, 3, 7, usize::MAX] {
+            assert_eq!(repeats.layer(index), Alike::NONE, "{index}");
+        }
+        let (mut mean, mut again) = ([0.0; 3], [0.0; 3]);
+        let once: [[f32; 3]; 3] = outputs(&network, &repeats, &x, &mut mean, 0, &mut scratch);
+        let each = outputs(&network, &Repeats::NONE, &x, &mut again, 0, &mut scratch);
+        assert_eq!((once, mean), (each, again));
+    }
+
     #[test]
     fn some_outputs_are_a_part_of_all() {
         let bytes = Draft::memoryless(&[12, 9, 7, 3], 81).bytes();
-        let network = Network::new(Blob::parse(&bytes).unwrap().networks().next().unwrap());
+        let network = network(&bytes);
         let (x, mut scratch) = (input(82), Scratch::new());
         let (mut mean, mut again) = ([0.0; 3], [0.0; 3]);
-        let all: [[f32; 3]; 3] = outputs(
-            &network,
-            &Repeats::of(&network),
-            &x,
-            &mut mean,
-            0,
-            &mut scratch,
-        );
-        let part: [[f32; 2]; 2] = outputs(
-            &network,
-            &Repeats::of(&network),
-            &x,
-            &mut again,
-            1,
-            &mut scratch,
-        );
+        let all: [[f32; 3]; 3] = all_moments(&network, &x, &mut mean, 0, &mut scratch);
+        let part: [[f32; 2]; 2] = all_moments(&network, &x, &mut again, 1, &mut scratch);
         assert_eq!(mean, again);
         for i in 0..2 {
             for j in 0..2 {
@@ -411,18 +427,11 @@ mod tests {
             let mut draft = Draft::memoryless(&[12, 9, 7, 3], 83);
             draft.activation = activation;
             let bytes = draft.bytes();
-            let network = Network::new(Blob::parse(&bytes).unwrap().networks().next().unwrap());
+            let network = network(&bytes);
             for bad in [f32::NAN, f32::INFINITY, 1e30] {
                 let (mut x, mut mean) = (input(84), [0.0; 3]);
                 x[5] = bad;
-                let _: [[f32; 3]; 3] = outputs(
-                    &network,
-                    &Repeats::of(&network),
-                    &x,
-                    &mut mean,
-                    0,
-                    &mut Scratch::new(),
-                );
+                let _: [[f32; 3]; 3] = all_moments(&network, &x, &mut mean, 0, &mut Scratch::new());
                 let finite = mean.iter().any(|mean| mean.is_finite());
                 assert!(!finite, "{activation} {bad}");
             }

@@ -225,7 +225,7 @@ impl Task<'_> {
         }
     }
 
-    /// The recursive model after tuning on the fold's flights, where they are.
+    /// The recursive model after tuning on the fold's flights, near where they are.
     fn tune(&self, done: &dyn Fn(f64)) -> Result<Vec<u8>, FoldKitError> {
         let shipped = self.recursive.ok_or(FoldKitError::NoRecursive)?;
         let (model, scenario) = shipped.to_tune()?;

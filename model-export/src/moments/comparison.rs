@@ -83,7 +83,8 @@ impl Errors {
     pub fn of(blob: &Blob<'_>, references: &References) -> Option<Self> {
         let view = blob.networks().nth(references.network)?;
         let judged = judged(blob, view);
-        let (inputs, outputs) = (Network::new(view).inputs(), judged.len());
+        let network = Network::new(view);
+        let (inputs, outputs) = (network.inputs(), judged.len());
         let fits = |(x, found): &(Vec<f32>, MeanAndCovariance)| {
             let rows = &found.covariance;
             x.len() == inputs
@@ -93,8 +94,12 @@ impl Errors {
         if !references.cases.iter().all(fits) {
             return None;
         }
+        let repeats = match blob.kind() {
+            Kind::Memoryless => Repeats::of(&network),
+            Kind::Recursive => Repeats::NONE,
+        };
         let apart = references.cases.iter().map(|(inputs, reference)| {
-            let got = firmware(view, inputs, &judged);
+            let got = firmware(&network, &repeats, inputs, &judged);
             distance(&got, reference)
         });
         let (covariance, mean): (Vec<f64>, Vec<f64>) = apart.unzip();
@@ -115,16 +120,19 @@ impl Errors {
 }
 
 /// What the firmware says of `judged`, one or three outputs.
-fn firmware(view: NetworkView<'_>, inputs: &[f32], judged: &Range<usize>) -> MeanAndCovariance {
-    let network = Network::new(view);
-    let repeats = Repeats::of(&network);
+fn firmware(
+    network: &Network<'_>,
+    repeats: &Repeats,
+    inputs: &[f32],
+    judged: &Range<usize>,
+) -> MeanAndCovariance {
     let mut mean = [0.0_f32; OUTPUTS];
     let (slots, first) = (&mut mean[..network.outputs()], judged.start);
     let mut scratch = Scratch::new();
     let covariance: Vec<Vec<f64>> = if judged.len() == 1 {
         wide(moments::outputs::<1>(
-            &network,
-            &repeats,
+            network,
+            repeats,
             inputs,
             slots,
             first,
@@ -132,8 +140,8 @@ fn firmware(view: NetworkView<'_>, inputs: &[f32], judged: &Range<usize>) -> Mea
         ))
     } else {
         wide(moments::outputs::<3>(
-            &network,
-            &repeats,
+            network,
+            repeats,
             inputs,
             slots,
             first,

@@ -28,7 +28,6 @@ pub struct Committee<'b> {
 struct Member<'b> {
     normalisation: Normalisation,
     network: Network<'b>,
-    repeats: Repeats,
 }
 
 /// Why blobs make no committee.
@@ -67,10 +66,9 @@ impl<'b> Committee<'b> {
         for blob in blobs {
             let (_, normalisation) =
                 RecursiveModel::surroundings(blob).ok_or(CommitteeError::OtherKind)?;
-            members.extend(blob.networks().map(Network::new).map(|network| Member {
+            members.extend(blob.networks().map(|view| Member {
                 normalisation: normalisation.clone(),
-                repeats: Repeats::of(&network),
-                network,
+                network: Network::new(view),
             }));
         }
         Ok(Self {
@@ -106,7 +104,7 @@ impl<'b> Committee<'b> {
                     own.memory.notes = notes.notes;
                     let list = features_of(&own, arrival.dt_s);
                     let inputs = member.normalisation.apply(&list).map(|x| x as f32);
-                    let opinion = sampler.ask(member, &inputs);
+                    let opinion = sampler.ask(&member.network, &inputs);
                     notes.noted(arrival.dt_s, &opinion.outputs[NOTE_OUTPUT..]);
                     opinion
                 })
@@ -137,10 +135,7 @@ struct Opinion {
 }
 
 impl Sampler {
-    fn ask(&mut self, member: &Member<'_>, inputs: &[f32]) -> Opinion {
-        let Member {
-            network, repeats, ..
-        } = member;
+    fn ask(&mut self, network: &Network<'_>, inputs: &[f32]) -> Opinion {
         let (mut outputs, mut variances) = ([0.0_f32; OUTPUTS], [0.0_f32; OUTPUTS]);
         match self.inference {
             Inference::Mean => network.mean_pass(inputs, &mut outputs),
@@ -155,7 +150,7 @@ impl Sampler {
                 );
             }
             Inference::Moments => {
-                let scratch = &mut self.scratch;
+                let (scratch, repeats) = (&mut self.scratch, &Repeats::NONE);
                 let covariance: [[f32; 3]; 3] =
                     moments::outputs(network, repeats, inputs, &mut outputs, JERK_OUTPUT, scratch);
                 for (axis, row) in covariance.iter().enumerate() {

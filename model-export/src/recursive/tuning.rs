@@ -222,6 +222,50 @@ mod tests {
         Training::new(small, flights).unwrap().model()
     }
 
+    /// One flight as far and as high as these, round the radar.
+    fn around(distance_m: f64, height_m: f64) -> Flight {
+        let rows: Vec<[f64; 4]> = (0..60)
+            .map(|i| {
+                let (s, c) = (0.05 * f64::from(i)).sin_cos();
+                [0.1 * f64::from(i), distance_m * c, distance_m * s, height_m]
+            })
+            .collect();
+        Flight::from_track("around", "around", &rows).unwrap()
+    }
+
+    /// One place is as uncertain as those that the model knows; of many it is their own spread, and less the more
+    /// they are. Flights that are placed anyway are not spread.
+    #[test]
+    fn places_are_spread_by_what_own_flights_leave_open() {
+        let known = bnkf::recursive::parameters::Parameters::PAPER.population;
+        let relative = [
+            known.horizontal_sigma_m / known.horizontal_m,
+            known.height_sigma_m / known.height_m,
+        ];
+        let spread = |own: &[Flight], place: bool| {
+            let tuning = Tuning::new("abc".to_owned(), own, place);
+            tuning.augmentation(own, &known).kept_spread
+        };
+        let one = spread(&[around(30.0, 12.0)], false);
+        for (one, relative) in one.iter().zip(relative) {
+            assert!((one - relative).abs() < 1e-9, "{one} {relative}");
+        }
+        // Logarithms a tenth and two tenths apart from their mean.
+        let own: Vec<Flight> = (0..64)
+            .map(|i| if i % 2 == 0 { 1.0 } else { -1.0_f64 })
+            .map(|sign| around(30.0 * (0.1 * sign).exp(), 12.0 * (0.2 * sign).exp()))
+            .collect();
+        let many = spread(&own, false);
+        for ((many, own), relative) in many.iter().zip([0.1_f64, 0.2]).zip(relative) {
+            let expected = (own * own + relative * relative / 64.0).sqrt() / 2.0;
+            assert!((many - expected).abs() < 1e-6, "{many} {expected}");
+        }
+        assert_eq!(spread(&own, true), [0.0; 2]);
+        // Places that differ by more than any kernel covers.
+        let apart = [around(1.0, 0.0), around(1000.0, -900.0)];
+        assert_eq!(spread(&apart, false), [SPREAD_MAX; 2]);
+    }
+
     /// Own flights that are faster than any other: their likelihood rises.
     #[test]
     fn tuning_learns_from_own_flights() {
