@@ -32,7 +32,7 @@ mod vfp;
 pub use adjoint::{Adjoint, VECTORS};
 pub use alike::Alike;
 pub use packed::Packed;
-pub use picked::RowBits;
+pub use picked::{RowBits, row_bits};
 pub use second::Second;
 pub use vector::Vector;
 

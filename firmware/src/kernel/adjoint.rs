@@ -57,9 +57,9 @@ impl Adjoint {
     /// are `squares`: 16 bits over the length of each. NaN or infinity gives a scale of NaN or infinity.
     #[inline]
     pub fn pack(&mut self, vectors: &[[f32; VECTORS]], squares: &[f32; VECTORS], stride: usize) {
-        let lengths = squares.map(sqrt);
-        let inverse = lengths.map(steps_per_unit);
-        self.scale = lengths.map(|length| length / VALUE_MAX);
+        // Multiplied before the root, or the compiler would carry the caller's sums as integers, the root's operands.
+        self.scale = squares.map(|square| sqrt(square * (1.0 / (VALUE_MAX * VALUE_MAX))));
+        let inverse = self.scale.map(|scale| steps_per_unit(scale * VALUE_MAX));
         let mut rows = (0_u32..)
             .step_by(stride.max(1))
             .zip(vectors)
@@ -99,9 +99,11 @@ impl Adjoint {
         let groups = columns.div_ceil(4).min(self.sums.len());
         let pairs = self.pairs.get(..self.used).unwrap_or(&self.pairs);
         sum_columns(codes, pairs, &mut self.sums[..groups]);
-        let sums = self.sums.as_flattened().iter().take(columns);
+        let sums = self.sums.as_flattened();
+        let sums = sums.get(..columns).unwrap_or(sums);
         let scale = self.scale;
-        sums.map(move |sums| core::array::from_fn(|n| sums[n] as f32 * scale[n]))
+        sums.iter()
+            .map(move |sums| core::array::from_fn(|n| sums[n] as f32 * scale[n]))
     }
 }
 

@@ -9,7 +9,7 @@ pub type RowBits = u64;
 
 /// Bits of the rows that `are` says, at most as many as a layer has.
 #[inline]
-pub(super) fn bits(are: impl Iterator<Item = bool>) -> RowBits {
+pub fn row_bits(are: impl Iterator<Item = bool>) -> RowBits {
     let (mut bits, mut free) = (0, RowBits::BITS);
     for is in are.take(WIDTH_MAX) {
         bits = bits >> 1 | RowBits::from(is) << (RowBits::BITS - 1);
@@ -93,7 +93,7 @@ mod tests {
             &core::array::from_fn::<_, 64, _>(|row| row as u8),
         ] {
             let are = (0..64).map(|row| wanted.contains(&row));
-            let bits = bits(are);
+            let bits = row_bits(are);
             assert_eq!(bits, wanted.iter().map(|row| 1 << row).sum());
             picked.pick(bits);
             assert_eq!(picked.rows(), wanted);
@@ -105,10 +105,10 @@ mod tests {
     #[test]
     fn bits_are_of_as_many_rows_as_there_are() {
         for count in [0, 1, 3, 33, 63, 64] {
-            let all = bits((0..count).map(|_| true));
+            let all = row_bits((0..count).map(|_| true));
             assert_eq!(all.count_ones() as usize, count);
             assert_eq!(all, leading(count));
         }
-        assert_eq!(bits((0..100).map(|row| row > 62)), 1 << 63);
+        assert_eq!(row_bits((0..100).map(|row| row > 62)), 1 << 63);
     }
 }

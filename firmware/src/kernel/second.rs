@@ -8,7 +8,7 @@ use super::alike::Alike;
 #[cfg(arm_dsp)]
 use super::arm_second::{sum_squares, sum_variances};
 use super::packed::largest_magnitude;
-use super::picked::{self, Picked};
+use super::picked::{self, Picked, RowBits};
 use crate::blob::field::WIDTH_MAX;
 use crate::series;
 
@@ -102,29 +102,20 @@ impl Second {
         let own = sums
             .get(alike.own())
             .map_or(0.0, |&sum| single(sum) * scale);
-        let mut each = sums.iter().map(|&sum| single(sum) * scale);
-        let mut others = alike.others;
-        for into in into {
-            *into = if others & 1 == 1 {
-                own
-            } else {
-                each.next().unwrap_or(0.0)
-            };
-            others >>= 1;
+        into.fill(own);
+        for (&row, &mut sum) in self.picked.rows().iter().zip(sums) {
+            if let Some(into) = into.get_mut(usize::from(row)) {
+                *into = single(sum) * scale;
+            }
         }
     }
 
     /// Calls `each(row, sum)` with the sum over inputs of squared int8 code times moment for each row that is
     /// `wanted`. Rows are padded with zeros to a multiple of four.
     #[inline]
-    pub fn dot_squares(
-        &mut self,
-        rows: &[u8],
-        wanted: impl Iterator<Item = bool>,
-        mut each: impl FnMut(usize, f32),
-    ) {
+    pub fn dot_squares(&mut self, rows: &[u8], wanted: RowBits, mut each: impl FnMut(usize, f32)) {
         let words = self.words.get(..self.used).unwrap_or(&self.words);
-        self.picked.pick(picked::bits(wanted));
+        self.picked.pick(wanted);
         let sums = self.sums.get_mut(..self.picked.rows().len());
         let sums = sums.unwrap_or_default();
         sum_squares(rows, words, &self.picked, sums);
@@ -202,7 +193,7 @@ mod tests {
     fn both(second: &mut Second, rows: &[u8]) -> [[f32; 2]; 2] {
         let mut sums = [[f32::NAN; 2]; 2];
         second.dot_variances(rows, Alike::NONE, &mut sums[0]);
-        second.dot_squares(rows, [true; 2].into_iter(), |row, sum| sums[1][row] = sum);
+        second.dot_squares(rows, 0b11, |row, sum| sums[1][row] = sum);
         sums
     }
 
@@ -261,9 +252,13 @@ mod tests {
             second.dot_variances(&rows, Alike::NONE, &mut variances);
             let mut squares = std::vec![0.0; outputs];
             let wanted = |index| index % 3 != 1;
-            second.dot_squares(&rows, (0..outputs).map(wanted), |row, sum| {
-                squares[row] = sum;
-            });
+            second.dot_squares(
+                &rows,
+                picked::row_bits((0..outputs).map(wanted)),
+                |row, sum| {
+                    squares[row] = sum;
+                },
+            );
             for (index, row) in rows.chunks_exact(stride).enumerate() {
                 let (mut variance, mut square) = (0.0, 0.0);
                 for (&code, &x) in row.iter().zip(&moments) {

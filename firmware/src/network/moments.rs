@@ -12,7 +12,7 @@ use super::unit_moments::UnitMoments;
 use super::{Network, Noise, Scratch, layer};
 use crate::blob::field::{WIDTH_MAX, row_stride};
 use crate::blob::{Activation, LayerView, NetworkView};
-use crate::kernel::{Alike, Second, VECTORS};
+use crate::kernel::{Alike, Second, VECTORS, row_bits};
 
 /// What the square of an int8 code of a mean is on average, where the largest of a row is 127.
 const CODE_SQUARED: f32 = 2_600.0;
@@ -168,11 +168,11 @@ fn pass(
     let variance = &variance[..layer.inputs.min(WIDTH_MAX)];
     second.pack(variance);
     let all = CODE_SQUARED / NEGLECTED * variance.iter().sum::<f32>();
-    let scales = || layer.channel_scale.iter().map(|scale| scale * scale);
-    let counts = scales()
-        .zip(noise)
-        .map(|(square, noise)| square * all >= *noise);
-    passed.fill(0.0);
+    let rows = layer.channel_scale.iter().zip(noise).zip(passed.iter_mut());
+    let counts = row_bits(rows.map(|((scale, noise), passed)| {
+        *passed = 0.0;
+        scale * scale * all >= *noise
+    }));
     second.dot_squares(layer.means, counts, |row, sum| {
         if let Some(passed) = passed.get_mut(row) {
             let scale = layer.channel_scale.get(row);
@@ -221,7 +221,7 @@ fn backward(
         let layer = view.layer(index + 1);
         let stride = row_stride(layer.inputs);
         adjoint.pack(&rows[..count.min(WIDTH_MAX)], &squares, stride);
-        squares = [0.0; VECTORS];
+        let mut sums = [0.0; VECTORS];
         let codes = layer.means.get(from * stride..).unwrap_or_default();
         let columns = adjoint.dot_columns(codes, layer.inputs);
         for ((row, &kept), derivatives) in rows.iter_mut().zip(kept).zip(columns) {
@@ -232,9 +232,10 @@ fn backward(
                     covariance[i][j] += weighed * derivatives[j];
                 }
                 row[i] = derivatives[i] * slope;
-                squares[i] += row[i] * row[i];
+                sums[i] += row[i] * row[i];
             }
         }
+        squares = sums;
         (from, count) = (0, layer.inputs);
     }
     covariance

@@ -166,20 +166,17 @@ impl Network {
         Some(network)
     }
 
-    /// The network that lies `share` of the way from this one to `other`, weight by weight: means, and
-    /// logarithms of deviations.
-    pub fn blended(&self, other: &Self, share: f32) -> Self {
-        let mut between = self.clone();
+    /// Goes `share` of the way to `other`, weight by weight: means, and logarithms of deviations.
+    pub fn approach(&mut self, other: &Self, share: f32) {
         let parts = [
-            (&mut between.means, &other.means),
-            (&mut between.log_sigmas, &other.log_sigmas),
+            (&mut self.means, &other.means),
+            (&mut self.log_sigmas, &other.log_sigmas),
         ];
         for (own, others) in parts {
             for (own, other) in own.iter_mut().zip(others.iter()) {
                 *own = (1.0 - share) * *own + share * other;
             }
         }
-        between
     }
 
     /// Every number that training needs to go on, in a fixed order.
