@@ -18,8 +18,6 @@ pub struct Checkpoint {
     pub episode: u64,
     /// Weights and optimiser.
     pub network: Network,
-    /// Where the weights of a tuning have been on average; what its optimiser holds means nothing.
-    pub average: Option<Network>,
 }
 
 /// Why bytes are not a checkpoint.
@@ -45,10 +43,7 @@ struct Header {
 impl Checkpoint {
     /// The file's bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let (mut state, updates) = self.network.to_state();
-        if let Some(average) = &self.average {
-            state.extend(average.to_state().0);
-        }
+        let (state, updates) = self.network.to_state();
         let header = serde_json::json!(Header {
             recipe: self.recipe.clone(),
             flights_hash: self.flights_hash.clone(),
@@ -67,23 +62,13 @@ impl Checkpoint {
         let (header, numbers) = sealed::open(MAGIC, bytes)?;
         let header: Header =
             serde_json::from_slice(header).map_err(|_| CheckpointError::OtherVersion)?;
-        let tuning = header.recipe.tuning.is_some();
-        let (now, average) = numbers.split_at(if tuning {
-            numbers.len() / 2
-        } else {
-            numbers.len()
-        });
-        let state = |numbers| {
-            Network::from_state(numbers, header.updates).ok_or(CheckpointError::OtherVersion)
-        };
-        let network = state(now)?;
-        let average = tuning.then(|| state(average)).transpose()?;
+        let network =
+            Network::from_state(&numbers, header.updates).ok_or(CheckpointError::OtherVersion)?;
         Ok(Self {
             recipe: header.recipe,
             flights_hash: header.flights_hash,
             episode: header.episode,
             network,
-            average,
         })
     }
 }
@@ -98,7 +83,6 @@ mod tests {
             flights_hash: "abc".to_owned(),
             episode: 7,
             network: Network::new(3),
-            average: None,
         }
     }
 

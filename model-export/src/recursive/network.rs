@@ -166,17 +166,20 @@ impl Network {
         Some(network)
     }
 
-    /// Goes `share` of the way to `other`, weight by weight: means, and logarithms of deviations.
-    pub fn approach(&mut self, other: &Self, share: f32) {
+    /// The network that lies `share` of the way from this one to `other`, weight by weight: means, and
+    /// logarithms of deviations.
+    pub fn blended(&self, other: &Self, share: f32) -> Self {
+        let mut between = self.clone();
         let parts = [
-            (&mut self.means, &other.means),
-            (&mut self.log_sigmas, &other.log_sigmas),
+            (&mut between.means, &other.means),
+            (&mut between.log_sigmas, &other.log_sigmas),
         ];
         for (own, others) in parts {
             for (own, other) in own.iter_mut().zip(others.iter()) {
                 *own = (1.0 - share) * *own + share * other;
             }
         }
+        between
     }
 
     /// Every number that training needs to go on, in a fixed order.

@@ -34,9 +34,6 @@ const NORMALISATION_ENCOUNTERS: usize = 192;
 
 /// Encounters with own flights that the hypotheses' frequencies are learned from.
 const FREQUENCY_ENCOUNTERS: usize = 96;
-/// Order of the average over a tuning's weights: those after update `t` weigh about as `t` to this power, as in
-/// the polynomial-decay averaging of Shamir and Zhang (2013, "Stochastic gradient descent for non-smooth optimization").
-const AVERAGE_ORDER: f64 = 2.0;
 /// An episode that training never reaches.
 const UNREACHED: u64 = u64::MAX;
 
@@ -101,8 +98,6 @@ struct Own<'f> {
     shipped: Network,
     /// How far the tuned model goes from there.
     blend: f32,
-    /// Where the weights have been on average.
-    average: Network,
     anchor: Option<Anchor>,
     /// Weight of the divergence from the anchor: one over the number of positions.
     weight: f32,
@@ -175,7 +170,6 @@ impl<'f> Training<'f> {
                 },
                 shipped: model.network.clone(),
                 blend: tuning.blend as f32,
-                average: model.network.clone(),
                 anchor: tuning.anchor(&model.network),
                 weight: 1.0 / positions as f32,
             }),
@@ -203,9 +197,6 @@ impl<'f> Training<'f> {
         let mut training = Self::tune(recipe, flights, own, model)?;
         training.network = checkpoint.network;
         training.episode = checkpoint.episode;
-        if let (Some(own), Some(average)) = (&mut training.own, checkpoint.average) {
-            own.average = average;
-        }
         Ok(training)
     }
 
@@ -232,20 +223,15 @@ impl<'f> Training<'f> {
             flights_hash: of_flights(self.flights),
             episode: self.episode,
             network: self.network.clone(),
-            average: self.own.as_ref().map(|own| own.average.clone()),
         }
         .to_bytes()
     }
 
-    /// What the training has come to. One that is tuned goes a part of the way to where its weights were on
-    /// average, and takes manoeuvres to be as frequent as they are in the own flights.
+    /// What the training has come to. One that is tuned goes a part of the way, and takes manoeuvres to be
+    /// as frequent as they are in the own flights.
     pub fn model(&self) -> RecursiveModel {
         let network = match &self.own {
-            Some(own) => {
-                let mut network = own.shipped.clone();
-                network.approach(&own.average, own.blend);
-                network
-            }
+            Some(own) => own.shipped.blended(&self.network, own.blend),
             None => self.network.clone(),
         };
         let mut model = RecursiveModel {
@@ -369,10 +355,6 @@ impl<'f> Training<'f> {
                 self.recipe.clip as f32,
                 &mut gradient,
             );
-            if let Some(own) = &mut self.own {
-                let share = (AVERAGE_ORDER + 1.0) / (AVERAGE_ORDER + 1.0 + update);
-                own.average.approach(&self.network, share as f32);
-            }
             report.norm = report.norm.max(f64::from(norm));
             report.updates += 1;
         }
