@@ -221,7 +221,7 @@ fn backward(
         let layer = view.layer(index + 1);
         let stride = row_stride(layer.inputs);
         adjoint.pack(&rows[..count.min(WIDTH_MAX)], &squares, stride);
-        let mut sums = [0.0; VECTORS];
+        squares = [0.0; VECTORS];
         let codes = layer.means.get(from * stride..).unwrap_or_default();
         let columns = adjoint.dot_columns(codes, layer.inputs);
         for ((row, &kept), derivatives) in rows.iter_mut().zip(kept).zip(columns) {
@@ -232,10 +232,9 @@ fn backward(
                     covariance[i][j] += weighed * derivatives[j];
                 }
                 row[i] = derivatives[i] * slope;
-                sums[i] += row[i] * row[i];
+                squares[i] += row[i] * row[i];
             }
         }
-        squares = sums;
         (from, count) = (0, layer.inputs);
     }
     covariance
