@@ -1,6 +1,6 @@
 //! The report in a browser: it opens without a network and without complaints, its plots hold
 //! data, its table changes its measure, its flights can be turned, its labels do not lie on each other,
-//! its text can be read on white and on dark, and no window is too narrow for it.
+//! its text can be read on white and on dark, no window is too narrow for it, and names of rows stay in view.
 //!
 //! Needs Chromium, which `tests/setup.sh` installs; without it the test says that it was left out.
 
@@ -177,7 +177,9 @@ fn the_page_opens_turns_holds_data_and_can_be_read() {
             let at = format!("{} pixels wide, dark: {dark}", window["width"]);
             assert_eq!(window["wider"], 0, "the page scrolls sideways, {at}");
             assert!(window["labels"].as_u64().unwrap() > 300, "{at}");
-            for fault in ["overlaps", "cut", "hard"] {
+            let names = window["names"].as_u64().unwrap();
+            assert_eq!(names > 100, window["width"] == 400, "{names} names, {at}");
+            for fault in ["overlaps", "cut", "hard", "gone"] {
                 assert_eq!(window[fault], serde_json::json!([]), "{fault}, {at}");
             }
         }

@@ -319,6 +319,26 @@
   });
   night.addEventListener("change", draw);
   window.addEventListener("resize", draw);
+  // Names of rows stay at a figure's left edge when it is scrolled sideways, as those of a table do.
+  for (const box of document.querySelectorAll("figure .scroll")) {
+    const svg = box.querySelector("svg");
+    const names = [...svg.querySelectorAll("text[text-anchor=end]:not([transform])")]
+      .filter(text => Number(text.getAttribute("x")) < 150 && /^[a-z]/i.test(text.textContent));
+    if (names.length === 0) continue;
+    const [group, back] = ["g", "rect"].map(name => document.createElementNS(svg.namespaceURI, name));
+    const { width, height } = svg.viewBox.baseVal;
+    const edge = Math.max(...names.map(text => Number(text.getAttribute("x")))) + 6;
+    const looks = { x: 0, y: 0, width: edge, height, fill: svg.querySelector("rect").getAttribute("fill"), visibility: "hidden" };
+    for (const [name, value] of Object.entries(looks)) back.setAttribute(name, value);
+    group.append(back, ...names);
+    svg.append(group);
+    const spare = Math.min(...names.map(text => text.getBBox().x)) - 6;
+    box.addEventListener("scroll", () => {
+      const along = Math.max(0, box.scrollLeft * width / svg.getBoundingClientRect().width - spare);
+      group.setAttribute("transform", `translate(${along})`);
+      back.setAttribute("visibility", along > 0 ? "visible" : "hidden");
+    });
+  }
   show("ed_mean_m");
   home();
   draw();

@@ -1,5 +1,6 @@
 // Measures a report inside a frame and tells the page around it: how much wider than its window the
-// page is, which labels of a figure lie on each other or are cut off, and which texts are hard to read.
+// page is, which labels of a figure lie on each other or are cut off, which texts are hard to read, and which names
+// of rows are gone when a figure is scrolled sideways.
 "use strict";
 addEventListener("load", () => {
   const channels = colour => (colour.match(/[\d.]+/g) || [0, 0, 0, 0]).map(Number);
@@ -56,6 +57,19 @@ addEventListener("load", () => {
       }
     });
   }
+  const gone = [];
+  let names = 0;
+  for (const box of document.querySelectorAll("figure .scroll")) {
+    const rows = [...box.querySelectorAll("text[text-anchor=end]")].filter(text => text.getAttribute("x") < 150 && /^[a-z]/i.test(text.textContent));
+    box.scrollLeft = 200;
+    if (box.scrollLeft === 0) continue;
+    box.dispatchEvent(new Event("scroll"));
+    names += rows.length;
+    for (const row of rows) {
+      if (row.getBoundingClientRect().left < box.getBoundingClientRect().left - 1) gone.push(`${box.getAttribute("aria-label")}: "${row.textContent}"`);
+    }
+  }
   const root = document.scrollingElement;
-  parent.postMessage({ width: innerWidth, wider: root.scrollWidth - root.clientWidth, labels, overlaps, cut, hard: [...hard] }, "*");
+  const faults = { overlaps, cut, hard: [...hard], gone };
+  parent.postMessage({ width: innerWidth, wider: root.scrollWidth - root.clientWidth, labels, names, ...faults }, "*");
 });
