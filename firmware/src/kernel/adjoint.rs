@@ -7,7 +7,7 @@ use crate::blob::field::WIDTH_MAX;
 /// Row vectors that go through a layer together: one for each axis.
 pub const VECTORS: usize = 3;
 /// Pairs that the microcontroller adds up in one go.
-pub(super) const UNROLLED: usize = 4;
+pub(super) const UNROLLED: usize = 2;
 /// The pairs of the widest layer.
 const PAIRS: usize = (WIDTH_MAX / 2).next_multiple_of(UNROLLED);
 /// A row counts if it holds this share of the vectors' lengths, all together; next to nothing goes through

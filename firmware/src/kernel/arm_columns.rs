@@ -33,7 +33,7 @@ pub fn sum_columns(codes: &[u8], pairs: &[Pair], sums: &mut [[[i32; VECTORS]; 4]
     fits
 }
 
-const _: () = assert!(UNROLLED == 4 && VECTORS == 3);
+const _: () = assert!(UNROLLED == 2 && VECTORS == 3);
 
 #[unsafe(naked)]
 unsafe extern "C" fn sum_three(
@@ -55,7 +55,7 @@ unsafe extern "C" fn sum_three(
         "mov r8, #0",
         "mov r9, #0",
         "3:",
-        ".rept 4",
+        ".rept 2",
         "ldmia lr!, {{r2, r3, r10-r12}}",
         "ldr r2, [r0, r2]",
         "ldr r3, [r0, r3]",
