@@ -6,7 +6,7 @@
 Draws the pre-activations of every unit, as the firmware's passes do, but in floating point and with numpy: each for
 itself, in pairs of opposite sign, or one from each of as many equally likely strata as there are passes. Prints for 16
 and 100 passes the error of the mean, in predictive standard deviations, and of the covariance, as a share of its
-Frobenius norm, both root mean squares over random inputs and runs; a quarter of an hour. Only blobs of one memoryless network with GELU.
+Frobenius norm, both root mean squares over random inputs and runs; ten minutes. Only blobs of one memoryless network with GELU.
 Takes its packages as compare.py does.
 """
 
@@ -28,7 +28,7 @@ def layers(blob: bytes):
     (version, kind) = struct.unpack_from("<HB", blob, 4)
     (networks, inputs, outputs) = struct.unpack_from("<BBB", blob, 17)
     if blob[:4] != b"BNKF" or (version, kind, networks) != (2, 1, 1):
-        raise SystemExit("not a blob of one memoryless network with GELU")
+        raise ValueError("one memoryless network with GELU is needed")
     table = 24 + 4 * struct.unpack_from("<H", blob, 22)[0] + 8 * (inputs + outputs)
     for layer in range(struct.unpack_from("<H", blob, table)[0]):
         rows_in, rows, at, largest = struct.unpack_from("<HHIf", blob, table + 4 + 12 * layer)
@@ -80,7 +80,10 @@ def passes(network, x, count, draw, rng):
 def main() -> None:
     if len(sys.argv) != 2:
         raise SystemExit(__doc__)
-    network = list(layers(Path(sys.argv[1]).read_bytes()))
+    try:
+        network = list(layers(Path(sys.argv[1]).read_bytes()))
+    except (OSError, ValueError, struct.error) as error:
+        raise SystemExit(f"{sys.argv[1]}: not a whole blob: {error}") from None
     rng = np.random.default_rng(1)
     inputs = rng.standard_normal((INPUTS, network[0][0].shape[1]))
     references = []

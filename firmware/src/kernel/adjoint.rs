@@ -6,7 +6,7 @@ use crate::blob::field::WIDTH_MAX;
 
 /// Row vectors that go through a layer together: one for each axis.
 pub const VECTORS: usize = 3;
-/// Pairs that the microcontroller adds up in one go.
+/// Pairs that the microcontroller adds up in one go: with more, what is padded costs more than loops save.
 pub(super) const UNROLLED: usize = 2;
 /// The pairs of the widest layer.
 const PAIRS: usize = (WIDTH_MAX / 2).next_multiple_of(UNROLLED);

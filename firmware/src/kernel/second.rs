@@ -252,13 +252,8 @@ mod tests {
             second.dot_variances(&rows, Alike::NONE, &mut variances);
             let mut squares = std::vec![0.0; outputs];
             let wanted = |index| index % 3 != 1;
-            second.dot_squares(
-                &rows,
-                picked::row_bits((0..outputs).map(wanted)),
-                |row, sum| {
-                    squares[row] = sum;
-                },
-            );
+            let bits = picked::row_bits((0..outputs).map(wanted));
+            second.dot_squares(&rows, bits, |row, sum| squares[row] = sum);
             for (index, row) in rows.chunks_exact(stride).enumerate() {
                 let (mut variance, mut square) = (0.0, 0.0);
                 for (&code, &x) in row.iter().zip(&moments) {

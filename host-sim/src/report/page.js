@@ -319,7 +319,8 @@
   });
   night.addEventListener("change", draw);
   window.addEventListener("resize", draw);
-  // Names of rows stay at a figure's left edge when it is scrolled sideways, as those of a table do.
+  // Names of rows stay at a figure's left edge when it is scrolled sideways, as those of a table do. Heights do not: panels
+  // beside have their own.
   for (const box of document.querySelectorAll("figure .scroll")) {
     const svg = box.querySelector("svg");
     const names = [...svg.querySelectorAll("text[text-anchor=end]:not([transform])")]
