@@ -36,13 +36,15 @@ impl Answer {
         }
     }
 
-    /// What the step after a prediction of `dt_s` along `sight` must know.
-    pub fn interval(&self, sight: LineOfSight<f32>, dt_s: f32) -> Interval<f32> {
+    /// What the step after a prediction of `dt_s` along `sight` must know, `coast_s` after the last
+    /// measurement.
+    pub fn interval(&self, sight: LineOfSight<f32>, dt_s: f32, coast_s: f32) -> Interval<f32> {
         Interval {
             sight,
             noise: self.schedule.noise,
             sensor_scale: self.schedule.sensor_scale,
             dt_s,
+            open_s: coast_s + dt_s,
         }
     }
 }

@@ -3,7 +3,7 @@
 
 use super::correction::correct;
 use super::densities::Densities;
-use super::hypotheses::{HYPOTHESES, Hypotheses, NOMINAL, OUTLIER};
+use super::hypotheses::{HYPOTHESES, Hypotheses, Manoeuvre, NOMINAL, OUTLIER};
 use super::mixture::Mixture;
 use super::motion::add_noise;
 use super::sight::LineOfSight;
@@ -11,6 +11,9 @@ use super::state::{Covariance, State};
 use crate::ekf::Corrected;
 use crate::measurement::Vectors;
 use crate::scalar::Scalar;
+
+/// The step that the prior of the manoeuvres is meant for, s; a shorter one counts as one.
+const STEP_S: f64 = 0.1;
 
 /// What a correction needs to know of the prediction before it.
 #[derive(Clone, Copy, Debug)]
@@ -23,6 +26,9 @@ pub struct Interval<S> {
     pub sensor_scale: [S; 3],
     /// Length, s.
     pub dt_s: S,
+    /// Time since the last measurement that was used, to the interval's end, s: a manoeuvre may have
+    /// begun at any time of it, seen by nobody.
+    pub open_s: S,
 }
 
 impl<S: Scalar> Interval<S> {
@@ -35,6 +41,21 @@ impl<S: Scalar> Interval<S> {
     ) {
         let extra = hypotheses.expected(odds, &self.noise);
         add_noise(covariance, &self.sight, &extra, self.dt_s);
+    }
+
+    /// Steps, one at least, that a manoeuvre may have begun in.
+    fn steps(&self) -> S {
+        let one = S::constant(1.0);
+        (self.open_s / self.dt_s.max(S::constant(STEP_S))).max(one)
+    }
+
+    /// Adds the process noise that `manoeuvre` has beyond the network's if it began since the last
+    /// measurement. A manoeuvre of one step, at any of `n`, has an n-th of the density over all of them in
+    /// the mean, one that goes on has all of it; its root is between.
+    fn disturb(&self, covariance: &mut Covariance<S>, manoeuvre: &Manoeuvre<S>) {
+        let part = S::constant(1.0) / self.steps().sqrt();
+        let extra = manoeuvre.extra(&self.noise).scaled(part, part, part);
+        add_noise(covariance, &self.sight, &extra, self.open_s);
     }
 
     /// Corrects a predicted state under every hypothesis and merges what comes of it in `mixture`, which
@@ -55,8 +76,7 @@ impl<S: Scalar> Interval<S> {
         let mut part = Corrected::new();
         for (number, manoeuvre) in (NOMINAL + 1..).zip(&hypotheses.manoeuvres) {
             part.begin(state, covariance);
-            let extra = manoeuvre.extra(&self.noise);
-            add_noise(&mut part.covariance, &self.sight, &extra, self.dt_s);
+            self.disturb(&mut part.covariance, manoeuvre);
             correct(&mut part, vectors, self.sensor_scale);
             mixture.join(number, odds[number], &part);
         }
@@ -84,10 +104,9 @@ mod tests {
         crate::radar::predict([12.0, -21.0, 9.0], [1.5, -0.7, 0.4]).measurement
     }
 
-    /// Every hypothesis by itself: its own process noise, the outlier's own sensor.
-    #[test]
-    fn weighing_corrects_under_every_hypothesis() {
-        let interval = Interval {
+    /// An interval of a fifth of a second, `open_s` after the last measurement.
+    fn interval(open_s: f64) -> Interval<f64> {
+        Interval {
             sight: LineOfSight::to([STATE[0], STATE[1], STATE[2]]),
             noise: Densities {
                 jerk: [1.0, 2.0, 3.0],
@@ -96,7 +115,43 @@ mod tests {
             },
             sensor_scale: [1.5, 0.5, 3.0],
             dt_s: 0.2,
+            open_s,
+        }
+    }
+
+    /// Every hypothesis by itself: its own process noise, the outlier's own sensor.
+    #[test]
+    fn weighing_corrects_under_every_hypothesis() {
+        compare(0.2, 1.0);
+    }
+
+    /// After three more steps it may have been at work in all four, at half the density.
+    #[test]
+    fn a_manoeuvre_may_have_been_in_the_gap() {
+        compare(0.8, 4.0);
+    }
+
+    /// Shorter steps than the prior's, and none of any length, count as one.
+    #[test]
+    fn a_short_step_is_one() {
+        let short = |dt_s, open_s| Interval {
+            dt_s,
+            ..interval(open_s)
         };
+        for (dt_s, open_s, steps) in [
+            (0.0, 0.0, 1.0),
+            (0.02, 0.02, 1.0),
+            (0.02, 0.3, 3.0),
+            (0.25, 0.25, 1.0),
+            (0.25, 1.0, 4.0),
+        ] {
+            let got = short(dt_s, open_s).steps();
+            assert!((got - steps).abs() < 1e-12, "{dt_s} {open_s}: {got}");
+        }
+    }
+
+    fn compare(open_s: f64, steps: f64) {
+        let interval = interval(open_s);
         let hypotheses = Hypotheses::DRONE;
         let mut measured = expected();
         measured[2] += 5.0;
@@ -111,7 +166,7 @@ mod tests {
             &odds,
             &mut got,
         );
-        let widened = |k: usize| {
+        let widened = |k: usize, open_s: f64, steps: f64| {
             let mut wider = covariance();
             if let Some(manoeuvre) = hypotheses.manoeuvres.get(k.wrapping_sub(1)) {
                 let noise = interval.noise.scaled(
@@ -119,14 +174,16 @@ mod tests {
                     manoeuvre.acceleration - 1.0,
                     manoeuvre.velocity - 1.0,
                 );
-                add_noise(&mut wider, &interval.sight, &noise, 0.2);
+                let part = steps.sqrt().recip();
+                let noise = noise.scaled(part, part, part);
+                add_noise(&mut wider, &interval.sight, &noise, open_s);
             }
             wider
         };
         let outlier = [1.5, 0.5, 3.0].map(|scale| scale * hypotheses.outlier_variance);
         let scales = [[1.5, 0.5, 3.0], [1.5, 0.5, 3.0], [1.5, 0.5, 3.0], outlier];
         let parts: [_; HYPOTHESES] = core::array::from_fn(|k| {
-            let mut part = Corrected::before(&STATE, &widened(k));
+            let mut part = Corrected::before(&STATE, &widened(k, open_s, steps));
             let whitened = correct(&mut part, &vectors, scales[k]);
             (part, whitened)
         });
@@ -147,8 +204,8 @@ mod tests {
         // A gap expects the mean of all.
         let mut doubted = covariance();
         interval.doubt(&mut doubted, &hypotheses, &odds);
-        let spread = odds[1] * (widened(1)[0][0] - covariance()[0][0])
-            + odds[2] * (widened(2)[0][0] - covariance()[0][0]);
+        let spread = odds[1] * (widened(1, 0.2, 1.0)[0][0] - covariance()[0][0])
+            + odds[2] * (widened(2, 0.2, 1.0)[0][0] - covariance()[0][0]);
         assert!((doubted[0][0] - covariance()[0][0] - spread).abs() < 1e-12);
     }
 }

@@ -318,7 +318,7 @@ impl Recursive<'_, '_> {
         let p = &self.model.parameters;
         let mut answer = Answer::of(&p.base);
         let mut step = Step {
-            interval: answer.interval(target.sight(), interval_s),
+            interval: answer.interval(target.sight(), interval_s, 0.0),
             notes: answer.notes,
         };
         if interval_s <= 0.0 {
@@ -335,7 +335,8 @@ impl Recursive<'_, '_> {
             let sight = target.sight();
             self.ask(&sight, interval_s, &mut answer)?;
             step.notes = answer.notes;
-            step.interval = answer.interval(sight, interval_s);
+            let coast_s = self.workspace.target.memory.coast_s;
+            step.interval = answer.interval(sight, interval_s, coast_s);
             let idle = self.workspace.target.foresight.is_idle();
             if part == 0 && idle && answer.factor.is_some() {
                 self.foresee(start_us, &answer);
