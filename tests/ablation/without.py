@@ -3,8 +3,9 @@
 
     python3 tests/ablation/without.py models/recursive.bnkf jump outlier --out nominal_burst.bnkf
 
-Their priors become the least that a blob may hold, 1e-9, and the checksum is made again. Frequencies are still
-learned in flight from what is left. Offsets are those of firmware/BLOB.md.
+Their priors become the least that a blob may hold, 1e-9, what they multiply noises with becomes one (a likelihood can be
+worth more than 1e-9), and the checksum is made again. Frequencies are still learned in flight from what is left.
+Offsets are those of firmware/BLOB.md.
 """
 
 import argparse
@@ -14,7 +15,8 @@ from pathlib import Path
 
 HEADER_LEN = 24
 CRC_AT = 12
-PARAMETERS = {"burst": 22, "jump": 26, "outlier": 30}
+# Where the prior stands, and how many multipliers follow it.
+PARAMETERS = {"burst": (22, 3), "jump": (26, 3), "outlier": (30, 1)}
 LEAST = 1e-9
 
 
@@ -35,7 +37,9 @@ def main() -> None:
     if blob[6] != 2:
         raise SystemExit(f"{args.blob}: not a recursive blob")
     for name in args.hypotheses:
-        struct.pack_into("<f", blob, HEADER_LEN + 4 * PARAMETERS[name], LEAST)
+        prior, multipliers = PARAMETERS[name]
+        values = [LEAST] + [1.0] * multipliers
+        struct.pack_into(f"<{len(values)}f", blob, HEADER_LEN + 4 * prior, *values)
     struct.pack_into("<I", blob, CRC_AT, checksum(blob))
     args.out.write_bytes(blob)
 

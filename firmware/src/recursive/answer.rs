@@ -44,7 +44,7 @@ impl Answer {
             noise: self.schedule.noise,
             sensor_scale: self.schedule.sensor_scale,
             dt_s,
-            open_s: coast_s + dt_s,
+            coast_s,
         }
     }
 }

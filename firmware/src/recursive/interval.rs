@@ -12,8 +12,8 @@ use crate::ekf::Corrected;
 use crate::measurement::Vectors;
 use crate::scalar::Scalar;
 
-/// The step that the prior of the manoeuvres is meant for, s; a shorter one counts as one.
-const STEP_S: f64 = 0.1;
+/// Shorter steps count as one of this length where steps of a gap are counted, s.
+const STEP_MIN_S: f64 = 0.05;
 
 /// What a correction needs to know of the prediction before it.
 #[derive(Clone, Copy, Debug)]
@@ -26,9 +26,9 @@ pub struct Interval<S> {
     pub sensor_scale: [S; 3],
     /// Length, s.
     pub dt_s: S,
-    /// Time since the last measurement that was used, to the interval's end, s: a manoeuvre may have
+    /// Time from the last measurement that was used to the interval's beginning, s: a manoeuvre may have
     /// begun at any time of it, seen by nobody.
-    pub open_s: S,
+    pub coast_s: S,
 }
 
 impl<S: Scalar> Interval<S> {
@@ -43,10 +43,9 @@ impl<S: Scalar> Interval<S> {
         add_noise(covariance, &self.sight, &extra, self.dt_s);
     }
 
-    /// Steps, one at least, that a manoeuvre may have begun in.
+    /// Steps of this length that a manoeuvre may have been at work in: this one and those of the gap before.
     fn steps(&self) -> S {
-        let one = S::constant(1.0);
-        (self.open_s / self.dt_s.max(S::constant(STEP_S))).max(one)
+        S::constant(1.0) + self.coast_s / self.dt_s.max(S::constant(STEP_MIN_S))
     }
 
     /// Adds the process noise that `manoeuvre` has beyond the network's if it began since the last
@@ -55,7 +54,7 @@ impl<S: Scalar> Interval<S> {
     fn disturb(&self, covariance: &mut Covariance<S>, manoeuvre: &Manoeuvre<S>) {
         let part = S::constant(1.0) / self.steps().sqrt();
         let extra = manoeuvre.extra(&self.noise).scaled(part, part, part);
-        add_noise(covariance, &self.sight, &extra, self.open_s);
+        add_noise(covariance, &self.sight, &extra, self.coast_s + self.dt_s);
     }
 
     /// Corrects a predicted state under every hypothesis and merges what comes of it in `mixture`, which
@@ -104,8 +103,8 @@ mod tests {
         crate::radar::predict([12.0, -21.0, 9.0], [1.5, -0.7, 0.4]).measurement
     }
 
-    /// An interval of a fifth of a second, `open_s` after the last measurement.
-    fn interval(open_s: f64) -> Interval<f64> {
+    /// An interval of a fifth of a second that begins `coast_s` after the last measurement.
+    fn interval(coast_s: f64) -> Interval<f64> {
         Interval {
             sight: LineOfSight::to([STATE[0], STATE[1], STATE[2]]),
             noise: Densities {
@@ -115,43 +114,42 @@ mod tests {
             },
             sensor_scale: [1.5, 0.5, 3.0],
             dt_s: 0.2,
-            open_s,
+            coast_s,
         }
     }
 
     /// Every hypothesis by itself: its own process noise, the outlier's own sensor.
     #[test]
     fn weighing_corrects_under_every_hypothesis() {
-        compare(0.2, 1.0);
+        compare(0.0, 1.0);
     }
 
     /// After three more steps it may have been at work in all four, at half the density.
     #[test]
     fn a_manoeuvre_may_have_been_in_the_gap() {
-        compare(0.8, 4.0);
+        compare(0.6, 4.0);
     }
 
-    /// Shorter steps than the prior's, and none of any length, count as one.
     #[test]
-    fn a_short_step_is_one() {
-        let short = |dt_s, open_s| Interval {
-            dt_s,
-            ..interval(open_s)
-        };
-        for (dt_s, open_s, steps) in [
+    fn steps_of_a_gap_are_counted() {
+        for (dt_s, coast_s, steps) in [
             (0.0, 0.0, 1.0),
-            (0.02, 0.02, 1.0),
-            (0.02, 0.3, 3.0),
-            (0.25, 0.25, 1.0),
-            (0.25, 1.0, 4.0),
+            (0.02, 0.0, 1.0),
+            (0.02, 0.3, 7.0),
+            (0.25, 0.0, 1.0),
+            (0.25, 0.75, 4.0),
         ] {
-            let got = short(dt_s, open_s).steps();
-            assert!((got - steps).abs() < 1e-12, "{dt_s} {open_s}: {got}");
+            let interval = Interval {
+                dt_s,
+                ..interval(coast_s)
+            };
+            let got = interval.steps();
+            assert!((got - steps).abs() < 1e-12, "{dt_s} {coast_s}: {got}");
         }
     }
 
-    fn compare(open_s: f64, steps: f64) {
-        let interval = interval(open_s);
+    fn compare(coast_s: f64, steps: f64) {
+        let interval = interval(coast_s);
         let hypotheses = Hypotheses::DRONE;
         let mut measured = expected();
         measured[2] += 5.0;
@@ -166,7 +164,7 @@ mod tests {
             &odds,
             &mut got,
         );
-        let widened = |k: usize, open_s: f64, steps: f64| {
+        let widened = |k: usize, time_s: f64, steps: f64| {
             let mut wider = covariance();
             if let Some(manoeuvre) = hypotheses.manoeuvres.get(k.wrapping_sub(1)) {
                 let noise = interval.noise.scaled(
@@ -176,14 +174,14 @@ mod tests {
                 );
                 let part = steps.sqrt().recip();
                 let noise = noise.scaled(part, part, part);
-                add_noise(&mut wider, &interval.sight, &noise, open_s);
+                add_noise(&mut wider, &interval.sight, &noise, time_s);
             }
             wider
         };
         let outlier = [1.5, 0.5, 3.0].map(|scale| scale * hypotheses.outlier_variance);
         let scales = [[1.5, 0.5, 3.0], [1.5, 0.5, 3.0], [1.5, 0.5, 3.0], outlier];
         let parts: [_; HYPOTHESES] = core::array::from_fn(|k| {
-            let mut part = Corrected::before(&STATE, &widened(k, open_s, steps));
+            let mut part = Corrected::before(&STATE, &widened(k, coast_s + 0.2, steps));
             let whitened = correct(&mut part, &vectors, scales[k]);
             (part, whitened)
         });

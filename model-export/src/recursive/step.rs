@@ -97,7 +97,7 @@ pub fn advance<S: Scalar>(
         noise: schedule.noise,
         sensor_scale: schedule.sensor_scale,
         dt_s: arrival.dt_s,
-        open_s: carry.memory.coast_s + arrival.dt_s,
+        coast_s: carry.memory.coast_s,
     };
     let vectors = arrival.vectors;
     let odds = hypotheses.odds(&carry.memory.counts);

@@ -325,7 +325,7 @@ fn a_track_is_fused_and_doubted() {
         noise: wide.noise,
         sensor_scale: wide.sensor_scale,
         dt_s: 0.2,
-        open_s: 0.2,
+        coast_s: 0.0,
     };
     let (hypotheses, odds) = (Hypotheses::DRONE.known(), [0.7, 0.1, 0.1, 0.1]);
     let mut doubted = target();

@@ -196,7 +196,7 @@ fn predicted(track: &mut Target, way: &Way, parts: usize, dt_s: f32) -> Interval
             noise: way.schedule.noise,
             sensor_scale: way.schedule.sensor_scale,
             dt_s,
-            open_s: track.memory.coast_s + dt_s,
+            coast_s: track.memory.coast_s,
         });
     }
     interval.expect("a part")
