@@ -3,7 +3,7 @@
 
 use super::correction::correct;
 use super::densities::Densities;
-use super::hypotheses::{HYPOTHESES, Hypotheses, Manoeuvre, NOMINAL, OUTLIER};
+use super::hypotheses::{HYPOTHESES, Hypotheses, NOMINAL, OUTLIER};
 use super::mixture::Mixture;
 use super::motion::add_noise;
 use super::sight::LineOfSight;
@@ -48,13 +48,12 @@ impl<S: Scalar> Interval<S> {
         S::constant(1.0) + self.coast_s / self.dt_s.max(S::constant(STEP_MIN_S))
     }
 
-    /// Adds the process noise that `manoeuvre` has beyond the network's if it began since the last
-    /// measurement. A manoeuvre of one step, at any of `n`, has an n-th of the density over all of them in
-    /// the mean, one that goes on has all of it; its root is between.
-    fn disturb(&self, covariance: &mut Covariance<S>, manoeuvre: &Manoeuvre<S>) {
+    /// The network's noise as a manoeuvre multiplies it, over all the time since the last measurement. One of a
+    /// single step, at any of `n`, has an n-th of the density over all of them in the mean, one that goes on
+    /// has all of it; the root is between.
+    fn unseen(&self) -> Densities<S> {
         let part = S::constant(1.0) / self.steps().sqrt();
-        let extra = manoeuvre.extra(&self.noise).scaled(part, part, part);
-        add_noise(covariance, &self.sight, &extra, self.coast_s + self.dt_s);
+        self.noise.scaled(part, part, part)
     }
 
     /// Corrects a predicted state under every hypothesis and merges what comes of it in `mixture`, which
@@ -71,11 +70,13 @@ impl<S: Scalar> Interval<S> {
     ) -> [S; 4] {
         let whitened = correct(&mut mixture.corrected, vectors, self.sensor_scale);
         mixture.begin(NOMINAL, odds[NOMINAL]);
+        let (unseen, time_s) = (self.unseen(), self.coast_s + self.dt_s);
         // One place for all of them: each would weigh on the stack.
         let mut part = Corrected::new();
         for (number, manoeuvre) in (NOMINAL + 1..).zip(&hypotheses.manoeuvres) {
             part.begin(state, covariance);
-            self.disturb(&mut part.covariance, manoeuvre);
+            let extra = manoeuvre.extra(&unseen);
+            add_noise(&mut part.covariance, &self.sight, &extra, time_s);
             correct(&mut part, vectors, self.sensor_scale);
             mixture.join(number, odds[number], &part);
         }
@@ -121,13 +122,13 @@ mod tests {
     /// Every hypothesis by itself: its own process noise, the outlier's own sensor.
     #[test]
     fn weighing_corrects_under_every_hypothesis() {
-        compare(0.0, 1.0);
+        assert_weighed(0.0, 1.0);
     }
 
     /// After three more steps it may have been at work in all four, at half the density.
     #[test]
     fn a_manoeuvre_may_have_been_in_the_gap() {
-        compare(0.6, 4.0);
+        assert_weighed(0.6, 4.0);
     }
 
     #[test]
@@ -148,7 +149,7 @@ mod tests {
         }
     }
 
-    fn compare(coast_s: f64, steps: f64) {
+    fn assert_weighed(coast_s: f64, steps: f64) {
         let interval = interval(coast_s);
         let hypotheses = Hypotheses::DRONE;
         let mut measured = expected();
