@@ -37,7 +37,7 @@ impl Answer {
     }
 
     /// What the step after a prediction of `dt_s` along `sight` must know, which began `coast_s` after the
-    /// last measurement that was used.
+    /// last measurement.
     pub fn interval(&self, sight: LineOfSight<f32>, dt_s: f32, coast_s: f32) -> Interval<f32> {
         Interval {
             sight,

@@ -26,8 +26,8 @@ pub struct Interval<S> {
     pub sensor_scale: [S; 3],
     /// Length, s.
     pub dt_s: S,
-    /// Time from the last measurement that was used to the interval's beginning, s: a manoeuvre may have
-    /// begun at any time of it, seen by nobody.
+    /// Time from the last measurement to the interval's beginning, s: a manoeuvre may have begun at any time
+    /// of it, seen by nobody.
     pub coast_s: S,
 }
 

@@ -143,6 +143,16 @@ impl Recursive<'_, '_> {
         Ok(Outcome { nis, mode, doubt })
     }
 
+    /// Time before the next interval that nobody looked at the target, s. Where readings were rejected or suspected
+    /// somebody looked: among false alarms hypotheses that look back over them follow the alarms.
+    fn unseen_s(&self) -> f32 {
+        if self.belief.rejections == 0 {
+            self.workspace.target.memory.coast_s
+        } else {
+            0.0
+        }
+    }
+
     /// Takes the target that is known along, to be moved.
     pub(super) fn set_out(&mut self) -> Result<(), StepError> {
         let target = self.belief.target.as_ref().ok_or(StepError::NotStarted)?;
@@ -335,7 +345,7 @@ impl Recursive<'_, '_> {
             let sight = target.sight();
             self.ask(&sight, interval_s, &mut answer)?;
             step.notes = answer.notes;
-            let coast_s = self.workspace.target.memory.coast_s;
+            let coast_s = self.unseen_s();
             step.interval = answer.interval(sight, interval_s, coast_s);
             let idle = self.workspace.target.foresight.is_idle();
             if part == 0 && idle && answer.factor.is_some() {

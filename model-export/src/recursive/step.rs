@@ -72,7 +72,8 @@ pub enum Weighing {
 /// Advances `carry` by one step under the motion model that the network `outputs` schedule.
 ///
 /// The firmware's own parts in the firmware's order; what it decides by a branch (a gap, the gate)
-/// is a factor of one or zero here, so that every lane of flights runs the same operations.
+/// is a factor of one or zero here, so that every lane of flights runs the same operations. Rejected readings
+/// are not counted here, so hypotheses look back over them as over a gap, which the firmware's do not.
 pub fn advance<S: Scalar>(
     carry: &Carry<S>,
     outputs: &[S],

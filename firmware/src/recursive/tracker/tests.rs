@@ -489,6 +489,22 @@ fn agreeing_rejections_take_over() {
     assert_eq!(back.expect("an estimate").mode, Mode::Tracking);
 }
 
+/// Hypotheses look back over a gap, but not over readings that were rejected.
+#[test]
+fn hypotheses_look_back_over_what_nobody_saw() {
+    let bytes = constant([0.0; OUTPUTS]).bytes();
+    for (rejections, coast_s) in [(0, 0.4), (1, 0.0)] {
+        let mut tracker = started(&bytes);
+        tracker.coast(400_000).expect("a coast");
+        tracker.belief.rejections = rejections;
+        let mut run = tracker.run();
+        run.set_out().expect("a target");
+        let step = run.predict(500_000).expect("a prediction");
+        assert!((step.interval.coast_s - coast_s).abs() < 1e-6);
+        assert!((step.interval.dt_s - 0.1).abs() < 1e-6);
+    }
+}
+
 /// What a rejected measurement says is remembered, within a thousand deviations, unless readings
 /// are often wrong.
 #[test]
