@@ -107,7 +107,8 @@ impl<'a> Blob<'a> {
         if !(1..=field::PASSES_MAX).contains(&passes) {
             return Err(Invalid(BlobField::Passes));
         }
-        if parameters != kind.parameter_limits().len() {
+        let version = u16_at::<{ field::VERSION.start }, _>(header);
+        if parameters != kind.parameters(version) {
             return Err(Invalid(BlobField::Parameters));
         }
         let mut reader = Reader {
@@ -124,7 +125,6 @@ impl<'a> Blob<'a> {
         let output_normalisation =
             reader.normalisation(networks * outputs, BlobField::OutputNormalisation)?;
 
-        let version = u16_at::<{ field::VERSION.start }, _>(header);
         let mut views = [None; field::NETWORKS_MAX];
         for view in views.iter_mut().take(networks) {
             let (activation, table) = reader.layer_table(version)?;
@@ -232,7 +232,7 @@ fn check_frame(bytes: &[u8]) -> Result<&Header, BlobError> {
         return Err(BlobError::NotABlob);
     }
     let version = u16_at::<{ field::VERSION.start }, _>(header);
-    if !(field::VERSION_GELU..=field::VERSION_ACTIVATION).contains(&version) {
+    if !(field::VERSION_GELU..=field::VERSION_BEND).contains(&version) {
         return Err(BlobError::UnknownVersion(version));
     }
     let length = u32_at::<{ field::LENGTH.start }, _>(header) as usize;

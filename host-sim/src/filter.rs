@@ -1,11 +1,9 @@
 //! What every method under test does: take one reading at a time, answer with a position.
 
 use bnkf_model_export::radar::reading::Reading;
+pub use bnkf_model_export::scoring::horizons::HORIZONS_US;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
-
-/// How far ahead forecasts are scored, microseconds.
-pub const HORIZONS_US: [u64; 3] = [500_000, 1_000_000, 2_000_000];
 
 /// Forecasts at every one of [`HORIZONS_US`], or at other times as many.
 pub type Forecasts = [PositionEstimate; HORIZONS_US.len()];

@@ -6,6 +6,7 @@
 
 pub mod augmentation;
 pub mod batch;
+pub mod bends;
 pub mod carry;
 pub mod checkpoint;
 pub mod committee;

@@ -1,6 +1,6 @@
 //! Blobs for the tests of this crate, written field by field so that every field can be made wrong.
 
-use super::{Activation, checksum, field};
+use super::{Activation, Kind, checksum, field};
 use crate::gaussian::standard_normal;
 use crate::rng::{Generator, seeded};
 use rand_core::Rng;
@@ -136,10 +136,8 @@ impl Draft {
     pub fn bytes(&self) -> Vec<u8> {
         let mut bytes = std::vec![0; field::HEADER_LEN];
         bytes[field::MAGIC].copy_from_slice(&field::MAGIC_BYTES);
-        let version = match self.activation {
-            Activation::Gelu => field::VERSION_GELU,
-            _ => field::VERSION_ACTIVATION,
-        };
+        let kind = [Kind::Memoryless, Kind::Recursive][usize::from(self.kind == 2)];
+        let version = field::oldest_version(kind, self.parameters.len(), self.activation);
         bytes[field::VERSION].copy_from_slice(&version.to_le_bytes());
         bytes[field::KIND] = self.kind;
         bytes[field::UNITS] = field::UNITS_SI;

@@ -1,15 +1,19 @@
-//! Byte offsets of blob versions 2 and 3; the only place where they are written down.
+//! Byte offsets of blob versions 2 to 4; the only place where they are written down.
 //!
 //! All numbers are little-endian. `BLOB.md` beside the crate says what each field means.
 
+use super::{Activation, Kind};
 use core::ops::Range;
 
 /// First four bytes of every blob.
 pub const MAGIC_BYTES: [u8; 4] = *b"BNKF";
 /// Format version whose hidden layers all end in GELU: what is written wherever that is so.
 pub const VERSION_GELU: u16 = 2;
-/// Format version whose networks name what their hidden layers end in. This code reads no others.
+/// Format version whose networks name what their hidden layers end in.
 pub const VERSION_ACTIVATION: u16 = 3;
+/// Format version whose recursive blobs say how much of a forecast's bend comes true. This code reads no
+/// later one.
+pub const VERSION_BEND: u16 = 4;
 /// Units code: metres, seconds, radians, metres per second.
 pub const UNITS_SI: u8 = 1;
 
@@ -46,9 +50,11 @@ pub const PARAMETER_SPEED_SIGMA: usize = 0;
 pub const PARAMETER_ACCELERATION_SIGMA: usize = 1;
 /// Number of parameters of a memoryless blob.
 pub const MEMORYLESS_PARAMETERS: usize = 2;
-/// Number of parameters of a recursive blob: population, base model, bounds, hypotheses (see
+/// Number of parameters of a recursive blob: population, base model, bounds, hypotheses, forecasts (see
 /// `BLOB.md`).
-pub const RECURSIVE_PARAMETERS: usize = 32;
+pub const RECURSIVE_PARAMETERS: usize = 33;
+/// The same before [`VERSION_BEND`].
+pub const RECURSIVE_PARAMETERS_BEFORE: usize = 32;
 /// Outputs of a recursive blob's network: schedule, factor, the network's notes to itself.
 pub const RECURSIVE_OUTPUTS: usize = 36;
 
@@ -67,6 +73,16 @@ pub const LAYER_VARIANCE_MAX: Range<usize> = 8..12;
 pub const LAYER_ENTRY_LEN: usize = 12;
 /// Bytes before a network's layer entries: number of layers u16, activation u8, a zero byte.
 pub const NETWORK_ENTRY_LEN: usize = 4;
+
+/// The oldest version that holds so many parameters and a network whose hidden layers end so: what is to be
+/// written, so that readers of before can read what they could.
+pub fn oldest_version(kind: Kind, parameters: usize, activation: Activation) -> u16 {
+    match (kind, activation) {
+        (Kind::Recursive, _) if parameters > RECURSIVE_PARAMETERS_BEFORE => VERSION_BEND,
+        (_, Activation::Gelu) => VERSION_GELU,
+        _ => VERSION_ACTIVATION,
+    }
+}
 
 /// Bytes from one weight row to the next: the inputs rounded up to four, padded with zeros.
 pub const fn row_stride(inputs: usize) -> usize {

@@ -64,7 +64,16 @@ impl Kind {
         }
     }
 
-    /// The parameters that follow the header, in their order, with what each may be.
+    /// Number of parameters that follow the header in a version of the format.
+    pub const fn parameters(self, version: u16) -> usize {
+        match self {
+            Self::Memoryless => field::MEMORYLESS_PARAMETERS,
+            Self::Recursive if version < field::VERSION_BEND => field::RECURSIVE_PARAMETERS_BEFORE,
+            Self::Recursive => field::RECURSIVE_PARAMETERS,
+        }
+    }
+
+    /// The parameters of the latest version, in their order, with what each may be.
     pub const fn parameter_limits(self) -> &'static [ParameterLimits] {
         match self {
             Self::Memoryless => &MEMORYLESS,
@@ -129,4 +138,5 @@ const RECURSIVE: [ParameterLimits; field::RECURSIVE_PARAMETERS] = [
     limits("velocity of the second manoeuvre", 1.0, 1e4),
     limits("prior of an outlier", 1e-9, 0.3),
     limits("variance of an outlier", 1.0, 1e6),
+    limits("part of a forecast's bend", 0.0, 1.5),
 ];

@@ -83,7 +83,7 @@ fn what_was_written_is_what_is_read() {
     }
 }
 
-/// Version 2 is GELU and nothing else; version 3 names it.
+/// Version 2 is GELU and nothing else; versions 3 and 4 name it.
 #[test]
 fn what_follows_hidden_layers_is_read_and_checked() {
     let draft = Draft::memoryless(&[12, 6, 3], 1);
@@ -106,6 +106,7 @@ fn what_follows_hidden_layers_is_read_and_checked() {
     for (id, activation) in (0..).zip(all) {
         assert_eq!(activation.id(), id);
         assert_eq!(read(3, id, 0), Ok(activation));
+        assert_eq!(read(4, id, 0), Ok(activation));
         let padding = Err(BlobError::Invalid(BlobField::Padding));
         assert_eq!(read(3, id, 1), padding);
         let of_two = if id == 0 { Ok(activation) } else { padding };
@@ -117,7 +118,7 @@ fn what_follows_hidden_layers_is_read_and_checked() {
             Err(BlobError::Invalid(BlobField::Activation))
         );
     }
-    for version in [0, 1, 4, 0x0300] {
+    for version in [0, 1, 5, 0x0300] {
         assert_eq!(read(version, 0, 0), Err(BlobError::UnknownVersion(version)));
     }
 }
@@ -318,6 +319,25 @@ fn passes_lie_between_1_and_the_limit() {
     }
 }
 
+/// A version says how many parameters there are, one for one.
+#[test]
+fn every_version_has_its_parameters() {
+    for (version, expected) in [(2, 32), (3, 32), (4, 33)] {
+        for count in 31..35 {
+            let mut draft = Draft::recursive(12);
+            draft.parameters.resize(count, 0.5);
+            let read = changed(&draft, |bytes| {
+                bytes[field::VERSION].copy_from_slice(&u16::to_le_bytes(version));
+            });
+            let refused = Err(BlobError::Invalid(BlobField::Parameters));
+            let right = if count == expected { Ok(()) } else { refused };
+            assert_eq!(read, right, "version {version}, {count} parameters");
+        }
+        assert_eq!(Kind::Recursive.parameters(version), expected);
+        assert_eq!(Kind::Memoryless.parameters(version), 2);
+    }
+}
+
 /// Each parameter at its limits, just outside them, and at what is no number at all.
 #[test]
 fn parameters_are_refused_by_name_outside_their_limits() {
@@ -325,8 +345,9 @@ fn parameters_are_refused_by_name_outside_their_limits() {
         (Draft::memoryless(&[12, 3], 11), Kind::Memoryless),
         (Draft::recursive(11), Kind::Recursive),
     ];
-    for (draft, kind) in drafts {
-        assert_eq!(draft.parameters.len(), kind.parameter_limits().len());
+    for (mut draft, kind) in drafts {
+        // A version of before holds the first of them.
+        draft.parameters.resize(kind.parameter_limits().len(), 1.0);
         for (index, limits) in kind.parameter_limits().iter().enumerate() {
             let read = |value: f32| {
                 let mut other = draft.clone();

@@ -65,7 +65,10 @@ impl Recursive<'_, '_> {
             there.copy_from(ahead);
             there.time_us = time_us;
             self.model.advance(&mut there, answer, time_s - from_s);
-            there.foresight.bend_by(&mut there.state, &now, time_s);
+            let bend = self.model.parameters.bend;
+            there
+                .foresight
+                .bend_by(&mut there.state, &now, time_s, bend);
             there.foresight.widen(&mut there.covariance, before_m2);
             if !there.settle() {
                 return Err(StepError::Lost);

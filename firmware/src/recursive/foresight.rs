@@ -17,10 +17,10 @@
 //! Nor do all targets keep up what they began: some turn on as built-in flights do, some brake and stop.
 //! A forecast is where the target would be if it went straight on, `c = p + v t`, and what the model adds to
 //! that, `u = f - c`, acceleration most of all. How much of `u` came true is a coefficient `k`, the
-//! regression of `x - c` on `u`, one by its prior:
+//! regression of `x - c` on `u`, by its prior `b` of the blob, which is one unless the model was tuned:
 //!
 //! ```text
-//! k = (1 + sum g (x - c)' u / tr P_f) / (1 + sum g u' u / tr P_f),   g = 1 - tr P / tr P_f
+//! k = (b + sum g (x - c)' u / tr P_f) / (1 + sum g u' u / tr P_f),   g = 1 - tr P / tr P_f
 //! ```
 //!
 //! and later forecasts are `c + k u`. It says nothing of the step, nor of gaps: those the network knows.
@@ -41,7 +41,9 @@ const LATE_MAX_US: u64 = 500_000;
 const PRIOR: f32 = 5.0;
 /// What is left of earlier comparisons at the next: those of the last twenty count.
 const KEPT: f32 = 0.95;
-/// Weight of the coefficient of one at the start: of one and two, which flights of our own could not tell
+/// Coefficient at the start where a blob says nothing of it: the network's forecasts as they are.
+pub const BEND_WHOLE: f64 = 1.0;
+/// Weight of the coefficient at the start: of one and two, which flights of our own could not tell
 /// apart, the sooner learned (docs/method.md).
 const BEND_PRIOR: f32 = 1.0;
 /// What is left of earlier comparisons of what acceleration adds at the next: the last ten seconds count.
@@ -150,8 +152,15 @@ impl Foresight {
         }
     }
 
-    /// Compares the open forecast, if it is due, with an estimate that a measurement was used for.
-    pub fn compare(&mut self, time_us: u64, state: &State<f32>, covariance: &Covariance<f32>) {
+    /// Compares the open forecast, if it is due, with an estimate that a measurement was used for; `bend` is
+    /// how much of one comes true before anything is learned.
+    pub fn compare(
+        &mut self,
+        time_us: u64,
+        state: &State<f32>,
+        covariance: &Covariance<f32>,
+        bend: f32,
+    ) {
         if self.due_us == NONE || self.due_us == NEVER || time_us < self.due_us {
             return;
         }
@@ -161,7 +170,7 @@ impl Foresight {
             return;
         }
         let back_s = -1e-6 * late_us as f32;
-        let bend = self.bend();
+        let bend = self.bend(bend);
         let (mut square, mut variance_m2) = (0.0, 0.0);
         let (mut along_m2, mut bend_m2) = (0.0, 0.0);
         for axis in 0..3 {
@@ -201,15 +210,15 @@ impl Foresight {
         }
     }
 
-    /// How much of what acceleration adds to a forecast comes true.
-    pub fn bend(&self) -> f32 {
-        ((BEND_PRIOR + self.followed) / (BEND_PRIOR + self.bent)).clamp(BEND.0, BEND.1)
+    /// How much of what acceleration adds to a forecast comes true, of which `prior` is known beforehand.
+    pub fn bend(&self, prior: f32) -> f32 {
+        ((BEND_PRIOR * prior + self.followed) / (BEND_PRIOR + self.bent)).clamp(BEND.0, BEND.1)
     }
 
     /// Bends a forecast for `time_s` after a target was at `now` by as much of its own as earlier ones came
-    /// true with.
-    pub fn bend_by(&self, state: &mut State<f32>, now: &Steady, time_s: f32) {
-        let bend = self.bend();
+    /// true with, of which `prior` is known beforehand.
+    pub fn bend_by(&self, state: &mut State<f32>, now: &Steady, time_s: f32, prior: f32) {
+        let bend = self.bend(prior);
         let position_m = now.after(time_s);
         for axis in 0..3 {
             let velocity = now.velocity_mps[axis];

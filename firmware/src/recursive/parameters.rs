@@ -1,9 +1,11 @@
 //! What a recursive blob says beside its network, in the order of the blob.
 
 use super::envelope::Bounds;
+use super::foresight::BEND_WHOLE;
 use super::hypotheses::{Hypotheses, Manoeuvre};
 use super::population::{Base, Population};
-use crate::blob::{Floats, field::RECURSIVE_PARAMETERS};
+use crate::blob::Floats;
+use crate::blob::field::{RECURSIVE_PARAMETERS, RECURSIVE_PARAMETERS_BEFORE};
 use crate::scalar::Scalar;
 
 /// Everything that surrounds the network.
@@ -17,6 +19,8 @@ pub struct Parameters<S> {
     pub bounds: Bounds<S>,
     /// How a target may differ.
     pub hypotheses: Hypotheses<S>,
+    /// How much of what acceleration adds to a forecast comes true, before a track has learned its own.
+    pub bend: S,
 }
 
 impl Parameters<f64> {
@@ -26,10 +30,12 @@ impl Parameters<f64> {
         base: Base::DRONE,
         bounds: Bounds::PAPER,
         hypotheses: Hypotheses::DRONE,
+        bend: BEND_WHOLE,
     };
 
-    /// The numbers as a blob holds them.
-    pub fn list(&self) -> [f32; RECURSIVE_PARAMETERS] {
+    /// The numbers as a blob holds them: without those that blobs of before could not hold, where they
+    /// are what was true then.
+    pub fn list(&self) -> heapless::Vec<f32, RECURSIVE_PARAMETERS> {
         let (p, base, bounds) = (&self.population, &self.base, &self.bounds);
         let head = [
             p.range_m,
@@ -58,12 +64,14 @@ impl Parameters<f64> {
         let h = &self.hypotheses;
         let manoeuvres = h.manoeuvres.iter();
         let tail = manoeuvres.flat_map(|m| [m.prior, m.jerk, m.acceleration, m.velocity]);
-        let tail = tail.chain([h.outlier, h.outlier_variance]);
-        let mut list = [0.0; RECURSIVE_PARAMETERS];
-        for (slot, value) in list.iter_mut().zip(head.into_iter().chain(tail)) {
-            *slot = value as f32;
-        }
-        list
+        let tail = tail.chain([h.outlier, h.outlier_variance, self.bend]);
+        let count = if self.bend == BEND_WHOLE {
+            RECURSIVE_PARAMETERS_BEFORE
+        } else {
+            RECURSIVE_PARAMETERS
+        };
+        let list = head.into_iter().chain(tail).take(count);
+        list.map(|value| value as f32).collect()
     }
 }
 
@@ -111,6 +119,11 @@ impl<S: Scalar + From<f32>> Parameters<S> {
                 outlier: p(30),
                 outlier_variance: p(31),
             },
+            bend: if parameters.len() > RECURSIVE_PARAMETERS_BEFORE {
+                p(RECURSIVE_PARAMETERS_BEFORE)
+            } else {
+                S::constant(BEND_WHOLE)
+            },
         }
     }
 }
@@ -136,13 +149,22 @@ mod tests {
         }
         given.hypotheses.outlier = 0.0625;
         given.hypotheses.outlier_variance = 128.0;
-        let list = given.list();
         let mut draft = crate::blob::draft::Draft::recursive(3);
-        draft.parameters = list.to_vec();
+        // A blob that was written before forecasts had a prior of their own, and one that has it.
+        for (bend, version, count) in [(1.0, 2, 32), (0.375, 4, 33)] {
+            given.bend = bend;
+            let list = given.list();
+            assert_eq!(list.len(), count);
+            draft.parameters = list.to_vec();
+            let bytes = draft.bytes();
+            let blob = crate::blob::Blob::parse(&bytes).expect("a blob");
+            assert_eq!(blob.version(), version);
+            let back = Parameters::<f64>::read(blob.parameters());
+            assert_eq!((back.list(), back.bend), (list, bend));
+        }
         let bytes = draft.bytes();
         let blob = crate::blob::Blob::parse(&bytes).expect("a blob");
         let back = Parameters::<f64>::read(blob.parameters());
-        assert_eq!(back.list(), list);
         assert_eq!(back.population.height_m, 15.25);
         assert_eq!(back.bounds.elevation_rad, [-1.5, 1.25]);
         assert_eq!(back.hypotheses, given.hypotheses);

@@ -121,7 +121,7 @@ impl Recursive<'_, '_> {
                 foresight,
                 ..
             } = target;
-            foresight.compare(*time_us, state, covariance);
+            foresight.compare(*time_us, state, covariance, self.model.parameters.bend);
         }
         step.remember(target, doubt.is_some());
         self.belief.hold(target);

@@ -3,14 +3,11 @@
 use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::radar::reading::Reading;
 use bnkf_model_export::radar::sampling::time_us;
+use bnkf_model_export::scoring::horizons::EVERY;
 
 use crate::contest::track::{TrackStep, score_or_hold, watched_track};
 use crate::filter::{Filter, HORIZONS_US};
 use crate::scoring::forecast::ScoredForecast;
-
-/// Every so many samples a filter is asked: what it says of two seconds changes little in half a
-/// one, and asking at each would double the time of an evaluation.
-pub const EVERY: usize = 5;
 
 /// Runs `filter` over `flight` as [`track`](super::track::track) does and asks it after every fifth
 /// sample where the target will be at the horizons that lie inside the flight.

@@ -44,11 +44,8 @@ pub fn write_blob(contents: &BlobContents) -> Result<Vec<u8>, BlobError> {
     let outputs = contents.outputs.len() / contents.networks.len().max(1);
     let mut bytes = vec![0; field::HEADER_LEN];
     bytes[field::MAGIC].copy_from_slice(&field::MAGIC_BYTES);
-    // What a reader of version 2 can read stays version 2.
-    let version = match contents.activation {
-        Activation::Gelu => field::VERSION_GELU,
-        _ => field::VERSION_ACTIVATION,
-    };
+    let parameters = contents.parameters.len();
+    let version = field::oldest_version(contents.kind, parameters, contents.activation);
     bytes[field::VERSION].copy_from_slice(&version.to_le_bytes());
     bytes[field::KIND] = contents.kind.id();
     bytes[field::UNITS] = field::UNITS_SI;
@@ -59,7 +56,7 @@ pub fn write_blob(contents: &BlobContents) -> Result<Vec<u8>, BlobError> {
     bytes[field::INPUTS] = count(contents.inputs.len());
     bytes[field::OUTPUTS] = count(outputs);
     bytes[field::PASSES].copy_from_slice(&contents.passes.to_le_bytes());
-    let parameters = u16::try_from(contents.parameters.len()).unwrap_or(u16::MAX);
+    let parameters = u16::try_from(parameters).unwrap_or(u16::MAX);
     bytes[field::PARAMETERS].copy_from_slice(&parameters.to_le_bytes());
     floats(&mut bytes, &contents.parameters);
     for input in &contents.inputs {

@@ -9,6 +9,7 @@ use super::step::Weighing;
 use super::tuning::{EPISODES, RATE, Tuning};
 use crate::flights::flight::Flight;
 use crate::flights::volume::Volume;
+use crate::radar::reading::Reading;
 use crate::random_source::RandomSource;
 use crate::seed::name_id;
 use bnkf::recursive::envelope::Bounds;
@@ -130,6 +131,17 @@ impl Recipe {
         episode: u64,
         lane: usize,
     ) -> Option<Encounter> {
+        let (changed, readings) = self.meeting(flights, episode, lane);
+        Encounter::new(&changed.samples, &readings, population)
+    }
+
+    /// The flight of an encounter, as it was changed, and what the sensor reads of it.
+    pub fn meeting(
+        &self,
+        flights: &[Flight],
+        episode: u64,
+        lane: usize,
+    ) -> (Flight, Vec<Option<Reading>>) {
         let mut random =
             RandomSource::new(self.seed, &[name_id("encounter"), episode, lane as u64]);
         let flight = &flights[random.below(flights.len())];
@@ -142,6 +154,6 @@ impl Recipe {
             samples,
         };
         let readings = self.sensor.readings(&changed, self.seed, &mut random);
-        Encounter::new(&changed.samples, &readings, population)
+        (changed, readings)
     }
 }

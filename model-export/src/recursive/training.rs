@@ -1,6 +1,7 @@
 //! Training through the unrolled filter.
 
 use super::batch::Batch;
+use super::bends;
 use super::checkpoint::{Checkpoint, CheckpointError};
 use super::encounter::Encounter;
 use super::frequencies::learned;
@@ -32,7 +33,7 @@ const SHARDS: usize = 2;
 /// Encounters that the features' means and deviations are measured on.
 const NORMALISATION_ENCOUNTERS: usize = 192;
 
-/// Encounters with own flights that the hypotheses' frequencies are learned from.
+/// Encounters with own flights that the hypotheses' frequencies and the bends of forecasts are learned from.
 const FREQUENCY_ENCOUNTERS: usize = 96;
 /// An episode that training never reaches.
 const UNREACHED: u64 = u64::MAX;
@@ -228,7 +229,7 @@ impl<'f> Training<'f> {
     }
 
     /// What the training has come to. One that is tuned goes a part of the way, and takes manoeuvres to be
-    /// as frequent as they are in the own flights.
+    /// as frequent, and accelerations to last as long, as in the own flights.
     pub fn model(&self) -> RecursiveModel {
         let network = match &self.own {
             Some(own) => own.shipped.blended(&self.network, own.blend),
@@ -245,12 +246,21 @@ impl<'f> Training<'f> {
                 sensor: own.recipe.sensor.faultless(),
                 ..own.recipe.clone()
             };
-            let population = &self.parameters.population;
-            let encounters: Vec<Encounter> = (0..FREQUENCY_ENCOUNTERS)
+            let meetings: Vec<_> = (0..FREQUENCY_ENCOUNTERS)
                 .into_par_iter()
-                .filter_map(|lane| recipe.encounter(own.flights, population, UNREACHED, lane))
+                .map(|lane| recipe.meeting(own.flights, UNREACHED, lane))
+                .collect();
+            let population = &self.parameters.population;
+            let encounters: Vec<Encounter> = meetings
+                .iter()
+                .filter_map(|(flight, readings)| {
+                    Encounter::new(&flight.samples, readings, population)
+                })
                 .collect();
             model.parameters.hypotheses = learned(&model, &encounters);
+            let duration_s = own.flights.iter().map(Flight::duration_s).sum();
+            let learned = bends::learned(&model, &meetings, duration_s);
+            model.parameters.bend += f64::from(own.blend) * (learned - model.parameters.bend);
         }
         model
     }

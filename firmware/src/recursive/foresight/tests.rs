@@ -26,9 +26,9 @@ fn straight(foresight: &mut Foresight, time_us: u64, variance_m2: f32) {
 fn met(foresight: &mut Foresight, apart_m: f32) {
     straight(foresight, 0, 4.0);
     assert!(!foresight.is_idle());
-    foresight.compare(999_999, &at(0.0), &covariance(1.0));
+    foresight.compare(999_999, &at(0.0), &covariance(1.0), 1.0);
     assert!(!foresight.is_idle(), "looked at before its time");
-    foresight.compare(1_000_000, &at(10.0 + apart_m), &covariance(1.0));
+    foresight.compare(1_000_000, &at(10.0 + apart_m), &covariance(1.0), 1.0);
     assert!(foresight.is_idle());
 }
 
@@ -77,14 +77,14 @@ fn late_estimates_are_followed_back_or_do_not_count() {
     for axis in 0..3 {
         (spread[axis][3 + axis], spread[3 + axis][axis]) = (0.2, 0.2);
     }
-    foresight.compare(1_100_000, &state, &spread);
+    foresight.compare(1_100_000, &state, &spread, 1.0);
     let variance = 1.0 + 3.0 * (0.01 + 0.005 * 0.005 - 2.0 * 0.1 * 0.2);
     let growth = 1.0 - variance / 4.0;
     let expected = (5.0 + growth * 2.95 / 4.0) / (5.0 + growth * growth);
     assert!((foresight.scale() - expected).abs() < 1e-4);
     let mut foresight = Foresight::START;
     straight(&mut foresight, 0, 4.0);
-    foresight.compare(1_500_001, &at(90.0), &covariance(1.0));
+    foresight.compare(1_500_001, &at(90.0), &covariance(1.0), 1.0);
     assert_eq!(foresight.scale(), 1.0);
     assert!(foresight.is_idle());
 }
@@ -93,7 +93,7 @@ fn late_estimates_are_followed_back_or_do_not_count() {
 fn what_says_nothing_weighs_nothing() {
     let mut foresight = Foresight::START;
     straight(&mut foresight, 0, 4.0);
-    foresight.compare(1_000_000, &at(90.0), &covariance(4.0));
+    foresight.compare(1_000_000, &at(90.0), &covariance(4.0), 1.0);
     assert_eq!(foresight.scale(), 1.0);
     straight(&mut foresight, 0, f32::INFINITY);
     assert!(foresight.is_idle());
@@ -102,7 +102,7 @@ fn what_says_nothing_weighs_nothing() {
         assert!(foresight.is_idle());
     }
     foresight.close();
-    foresight.compare(2_000_000, &at(90.0), &covariance(1.0));
+    foresight.compare(2_000_000, &at(90.0), &covariance(1.0), 1.0);
     assert!(!foresight.is_idle());
     assert_eq!(foresight.scale(), 1.0);
 }
@@ -112,7 +112,7 @@ fn a_moved_sensor_moves_the_forecast() {
     let mut foresight = Foresight::START;
     straight(&mut foresight, 0, 4.0);
     foresight.shift([4.0, 0.0, 0.0]);
-    foresight.compare(1_000_000, &at(6.0 + 3.0_f32.sqrt()), &covariance(1.0));
+    foresight.compare(1_000_000, &at(6.0 + 3.0_f32.sqrt()), &covariance(1.0), 1.0);
     assert!((foresight.scale() - 1.0).abs() < 1e-5);
 }
 
@@ -139,7 +139,7 @@ fn the_end_of_time_is_a_time() {
     let mut foresight = Foresight::START;
     straight(&mut foresight, u64::MAX - 10, 4.0);
     assert!(foresight.is_sound(u64::MAX - 10));
-    foresight.compare(u64::MAX, &at(10.0), &covariance(1.0));
+    foresight.compare(u64::MAX, &at(10.0), &covariance(1.0), 1.0);
     assert!(foresight.is_idle());
 }
 
@@ -148,17 +148,17 @@ fn the_end_of_time_is_a_time() {
 fn bent(foresight: &mut Foresight, part: f32) {
     let now = Steady::of(&at(8.0));
     foresight.expect(0, &now, &at(12.0), &covariance(4.0));
-    foresight.compare(1_000_000, &at(10.0 + 2.0 * part), &covariance(1.0));
+    foresight.compare(1_000_000, &at(10.0 + 2.0 * part), &covariance(1.0), 1.0);
     assert!(foresight.is_idle());
 }
 
 #[test]
 fn accelerations_that_come_true_are_gone_on_with() {
     let mut foresight = Foresight::START;
-    assert_eq!(foresight.bend(), 1.0);
+    assert_eq!(foresight.bend(1.0), 1.0);
     for _ in 0..50 {
         bent(&mut foresight, 1.0);
-        assert!((foresight.bend() - 1.0).abs() < 1e-6);
+        assert!((foresight.bend(1.0) - 1.0).abs() < 1e-6);
     }
     assert!(foresight.bent > 7.0, "nothing was learned");
 }
@@ -168,7 +168,7 @@ fn accelerations_that_end_are_not() {
     let mut foresight = Foresight::START;
     bent(&mut foresight, 0.2);
     // Growth 3 / 4, a bend of 2 m in a variance of 4: (1 + .75 * .2) / (1 + .75).
-    assert!((foresight.bend() - 1.15 / 1.75).abs() < 1e-6);
+    assert!((foresight.bend(1.0) - 1.15 / 1.75).abs() < 1e-6);
     // What was found lies 1.6 m short of the forecast as it was then.
     let expected = (5.0 + 0.75 * 1.6 * 1.6 / 4.0) / (5.0 + 0.75 * 0.75);
     assert!((foresight.scale() - expected).abs() < 1e-6);
@@ -177,9 +177,28 @@ fn accelerations_that_end_are_not() {
     }
     // Ten comparisons count.
     let settled = (1.0 + 10.0 * 0.75 * 0.2) / (1.0 + 10.0 * 0.75);
-    assert!((foresight.bend() - settled).abs() < 1e-3);
+    assert!((foresight.bend(1.0) - settled).abs() < 1e-3);
     // By then forecasts are made with what was learned: hardly anything is wrong with them.
     assert!(foresight.scale() < 0.7, "{}", foresight.scale());
+}
+
+/// What a blob knows beforehand is where learning sets out.
+#[test]
+fn what_is_known_of_bends_is_the_prior() {
+    let mut foresight = Foresight::START;
+    assert_eq!(foresight.bend(0.4), 0.4);
+    bent(&mut foresight, 0.2);
+    assert!((foresight.bend(0.4) - 0.55 / 1.75).abs() < 1e-6);
+    let now = Steady::of(&at(8.0));
+    let mut state = at(14.0);
+    foresight.bend_by(&mut state, &now, 2.0, 0.4);
+    assert!((state[0] - (12.0 + 2.0 * 0.55 / 1.75)).abs() < 1e-5);
+    // Where it comes true as it was known to, nothing is wrong with a forecast but its width.
+    let mut known = Foresight::START;
+    known.expect(0, &now, &at(12.0), &covariance(4.0));
+    known.compare(1_000_000, &at(10.8), &covariance(1.0), 0.4);
+    assert!((known.bend(0.4) - 0.4).abs() < 1e-6);
+    assert!((known.scale() - 5.0 / (5.0 + 0.75 * 0.75)).abs() < 1e-6);
 }
 
 /// What lies across a bend, or where there is none, says nothing of it; and nothing is taken for more than
@@ -188,29 +207,29 @@ fn accelerations_that_end_are_not() {
 fn bends_are_learned_from_bends_alone() {
     let mut foresight = Foresight::START;
     met(&mut foresight, 5.0);
-    assert_eq!((foresight.bend(), foresight.bent), (1.0, 0.0));
+    assert_eq!((foresight.bend(1.0), foresight.bent), (1.0, 0.0));
     let now = Steady::of(&at(8.0));
     let mut aside = at(12.0);
     aside[1] = 7.0;
     foresight.expect(0, &now, &at(12.0), &covariance(4.0));
-    foresight.compare(1_000_000, &aside, &covariance(1.0));
-    assert!((foresight.bend() - 1.0).abs() < 1e-6);
+    foresight.compare(1_000_000, &aside, &covariance(1.0), 1.0);
+    assert!((foresight.bend(1.0) - 1.0).abs() < 1e-6);
     for (part, end) in [(1e6, 1.5), (-1e6, 0.0)] {
         let mut foresight = Foresight::START;
         bent(&mut foresight, part);
         let expected = (1.0 + 0.75 * 3.0 * part.signum()) / 1.75;
-        assert!((foresight.bend() - expected.clamp(0.0, 1.5)).abs() < 1e-6);
+        assert!((foresight.bend(1.0) - expected.clamp(0.0, 1.5)).abs() < 1e-6);
         for _ in 0..100 {
             bent(&mut foresight, part);
         }
-        assert_eq!(foresight.bend(), end);
+        assert_eq!(foresight.bend(1.0), end);
         assert!(foresight.is_sound(0));
     }
     // A kilometre in a square metre weighs as much as five deviations.
     let mut far = Foresight::START;
     far.expect(0, &now, &at(1010.0), &covariance(1.0));
-    far.compare(1_000_000, &at(10.0), &covariance(0.0));
-    assert!((far.bend() - 1.0 / 26.0).abs() < 1e-6);
+    far.compare(1_000_000, &at(10.0), &covariance(0.0), 1.0);
+    assert!((far.bend(1.0) - 1.0 / 26.0).abs() < 1e-6);
 }
 
 /// Position, velocity and acceleration, all of them by the same part.
@@ -218,17 +237,17 @@ fn bends_are_learned_from_bends_alone() {
 fn a_bend_takes_off_a_part_of_the_acceleration() {
     let mut foresight = Foresight::START;
     bent(&mut foresight, 0.2);
-    let part = foresight.bend();
+    let part = foresight.bend(1.0);
     let now = Steady::of(&at(8.0));
     let mut state = at(14.0);
     (state[3], state[6], state[1]) = (5.0, 3.0, 1.0);
-    foresight.bend_by(&mut state, &now, 2.0);
+    foresight.bend_by(&mut state, &now, 2.0, 1.0);
     let near = |got: f32, expected: f32| assert!((got - expected).abs() < 1e-5, "{got}");
     near(state[0], 12.0 + 2.0 * part);
     near(state[1], part);
     near(state[3], 2.0 + 3.0 * part);
     near(state[6], 3.0 * part);
     let (mut plain, before) = (at(14.0), at(14.0));
-    Foresight::START.bend_by(&mut plain, &now, 2.0);
+    Foresight::START.bend_by(&mut plain, &now, 2.0, 1.0);
     assert_eq!(plain, before);
 }

@@ -368,7 +368,7 @@ fn a_track_is_handed_over_within_its_kind() {
         assert_eq!(target.memory.notes, [0.0; 9]);
         let foresight = &target.foresight;
         assert!(foresight.is_idle());
-        assert_eq!((foresight.scale(), foresight.bend()), (1.0, 1.0));
+        assert_eq!((foresight.scale(), foresight.bend(1.0)), (1.0, 1.0));
     }
     let moved = place(&mut track, &newer, &mut workspace);
     assert!((0..3).all(|axis| (moved[axis] - expected[axis]).abs() < 1.0));
