@@ -78,7 +78,10 @@ impl Parameters<f64> {
 impl<S: Scalar + From<f32>> Parameters<S> {
     /// Those of a recursive blob.
     pub fn read(parameters: Floats<'_>) -> Self {
-        let p = |index| S::from(parameters.get(index));
+        // Of a length that the compiler knows: nothing is checked again for every number.
+        let missing = &[f32::NAN.to_le_bytes(); RECURSIVE_PARAMETERS_BEFORE];
+        let first = parameters.bytes().first_chunk().unwrap_or(missing);
+        let p = |index: usize| S::from(f32::from_le_bytes(first[index]));
         Self {
             population: Population {
                 range_m: p(0),
@@ -119,10 +122,9 @@ impl<S: Scalar + From<f32>> Parameters<S> {
                 outlier: p(30),
                 outlier_variance: p(31),
             },
-            bend: if parameters.len() > RECURSIVE_PARAMETERS_BEFORE {
-                p(RECURSIVE_PARAMETERS_BEFORE)
-            } else {
-                S::constant(BEND_WHOLE)
+            bend: match parameters.iter().nth(RECURSIVE_PARAMETERS_BEFORE) {
+                Some(bend) => S::from(bend),
+                None => S::constant(BEND_WHOLE),
             },
         }
     }

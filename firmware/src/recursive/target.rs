@@ -214,6 +214,13 @@ impl Target {
         self.used = self.used.saturating_add(1);
     }
 
+    /// Learns from a forecast that is due, after a measurement was used; `bend` is how much of one is known to
+    /// come true.
+    pub fn look_back(&mut self, bend: f32) {
+        self.foresight
+            .compare(self.time_us, &self.state, &self.covariance, bend);
+    }
+
     /// Makes the covariance positive definite for sure; false when what is left means nothing.
     #[must_use]
     pub fn settle(&mut self) -> bool {

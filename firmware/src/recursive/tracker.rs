@@ -77,6 +77,8 @@ struct Comparison {
 
 impl Step {
     /// Lets a target remember the step.
+    // Off the stack of the network, which is asked before.
+    #[inline(never)]
     fn remember(&self, target: &mut Target, used: bool) {
         if self.interval.dt_s > 0.0 {
             let used = f32::from(u8::from(used));
@@ -114,14 +116,7 @@ impl Recursive<'_, '_> {
             return self.start(measurement, Mode::Restarted);
         }
         if doubt.is_some() {
-            let Target {
-                time_us,
-                state,
-                covariance,
-                foresight,
-                ..
-            } = target;
-            foresight.compare(*time_us, state, covariance, self.model.parameters.bend);
+            target.look_back(self.model.parameters.bend);
         }
         step.remember(target, doubt.is_some());
         self.belief.hold(target);
