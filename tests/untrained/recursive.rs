@@ -15,12 +15,17 @@ use bnkf_model_export::random_source::RandomSource;
 pub fn recursive_blob(hidden: usize) -> Vec<u8> {
     let architecture = Architecture::new(vec![FEATURES, hidden, OUTPUTS]).expect("small");
     let mut random = RandomSource::new(11, &[]);
+    // Of the latest version of the format.
+    let parameters = Parameters {
+        bend: 0.5,
+        ..Parameters::PAPER
+    };
     let contents = BlobContents {
         kind: Kind::Recursive,
         features: FeatureLayout::Recursive64,
         activation: Activation::Gelu,
         passes: 1,
-        parameters: Parameters::PAPER.list().to_vec(),
+        parameters: parameters.list().to_vec(),
         inputs: vec![
             Normalisation {
                 mean: 0.0,
