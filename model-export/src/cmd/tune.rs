@@ -17,8 +17,9 @@ use std::path::PathBuf;
 /// Goes on training a recursive model on your own flights, a few of which are enough.
 ///
 /// Half of every batch is built-in flights, so that nothing is forgotten; --blend goes a part of the way only, and --hold adds
-/// a prior for the weights. How often targets manoeuvre, and how long an acceleration lasts in a forecast, is learned at the end. MODEL.f32 must lie beside the model. Ctrl-C writes a checkpoint beside the output; --resume
-/// continues it to the same bytes.
+/// a prior for the weights. How often targets manoeuvre, and how long an acceleration lasts in a forecast, is learned at the
+/// end. MODEL.f32 must lie beside the model. Ctrl-C writes a checkpoint beside the output; --resume continues it to the same
+/// bytes.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
     /// The model to go on from
