@@ -136,8 +136,12 @@ impl Draft {
     pub fn bytes(&self) -> Vec<u8> {
         let mut bytes = std::vec![0; field::HEADER_LEN];
         bytes[field::MAGIC].copy_from_slice(&field::MAGIC_BYTES);
-        let kind = [Kind::Memoryless, Kind::Recursive][usize::from(self.kind == 2)];
-        let version = field::oldest_version(kind, self.parameters.len(), self.activation);
+        let kind = if self.kind == Kind::Recursive.id() {
+            Kind::Recursive
+        } else {
+            Kind::Memoryless
+        };
+        let version = kind.oldest_version(self.parameters.len(), self.activation);
         bytes[field::VERSION].copy_from_slice(&version.to_le_bytes());
         bytes[field::KIND] = self.kind;
         bytes[field::UNITS] = field::UNITS_SI;

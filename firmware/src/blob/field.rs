@@ -2,7 +2,6 @@
 //!
 //! All numbers are little-endian. `BLOB.md` beside the crate says what each field means.
 
-use super::{Activation, Kind};
 use core::ops::Range;
 
 /// First four bytes of every blob.
@@ -73,16 +72,6 @@ pub const LAYER_VARIANCE_MAX: Range<usize> = 8..12;
 pub const LAYER_ENTRY_LEN: usize = 12;
 /// Bytes before a network's layer entries: number of layers u16, activation u8, a zero byte.
 pub const NETWORK_ENTRY_LEN: usize = 4;
-
-/// The oldest version that holds so many parameters and a network whose hidden layers end so: what is to be
-/// written, so that readers of before can read what they could.
-pub fn oldest_version(kind: Kind, parameters: usize, activation: Activation) -> u16 {
-    match (kind, activation) {
-        (Kind::Recursive, _) if parameters > RECURSIVE_PARAMETERS_BEFORE => VERSION_BEND,
-        (_, Activation::Gelu) => VERSION_GELU,
-        _ => VERSION_ACTIVATION,
-    }
-}
 
 /// Bytes from one weight row to the next: the inputs rounded up to four, padded with zeros.
 pub const fn row_stride(inputs: usize) -> usize {

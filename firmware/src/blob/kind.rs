@@ -1,6 +1,6 @@
 //! What a blob's networks estimate, and from which inputs.
 
-use super::field;
+use super::{Activation, field};
 
 /// What the networks of a blob estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,6 +70,18 @@ impl Kind {
             Self::Memoryless => field::MEMORYLESS_PARAMETERS,
             Self::Recursive if version < field::VERSION_BEND => field::RECURSIVE_PARAMETERS_BEFORE,
             Self::Recursive => field::RECURSIVE_PARAMETERS,
+        }
+    }
+
+    /// The oldest version that holds so many parameters and networks whose hidden layers end so: what is to be
+    /// written, so that readers of before can read what they could.
+    pub fn oldest_version(self, parameters: usize, activation: Activation) -> u16 {
+        match (self, activation) {
+            (Self::Recursive, _) if parameters > field::RECURSIVE_PARAMETERS_BEFORE => {
+                field::VERSION_BEND
+            }
+            (_, Activation::Gelu) => field::VERSION_GELU,
+            _ => field::VERSION_ACTIVATION,
         }
     }
 

@@ -216,7 +216,7 @@ impl Target {
 
     /// Learns from a forecast that is due, after a measurement was used; `bend` is how much of one is known to
     /// come true.
-    pub fn look_back(&mut self, bend: f32) {
+    pub fn learn_from_forecast(&mut self, bend: f32) {
         self.foresight
             .compare(self.time_us, &self.state, &self.covariance, bend);
     }

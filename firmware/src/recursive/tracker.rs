@@ -77,7 +77,7 @@ struct Comparison {
 
 impl Step {
     /// Lets a target remember the step.
-    // Off the stack of the network, which is asked before.
+    // What it needs would lie under the network, which is asked from the same frame.
     #[inline(never)]
     fn remember(&self, target: &mut Target, used: bool) {
         if self.interval.dt_s > 0.0 {
@@ -116,7 +116,7 @@ impl Recursive<'_, '_> {
             return self.start(measurement, Mode::Restarted);
         }
         if doubt.is_some() {
-            target.look_back(self.model.parameters.bend);
+            target.learn_from_forecast(self.model.parameters.bend);
         }
         step.remember(target, doubt.is_some());
         self.belief.hold(target);

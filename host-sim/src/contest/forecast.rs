@@ -2,11 +2,10 @@
 
 use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::radar::reading::Reading;
-use bnkf_model_export::radar::sampling::time_us;
-use bnkf_model_export::scoring::horizons::EVERY;
+use bnkf_model_export::scoring::horizons::Ahead;
 
 use crate::contest::track::{TrackStep, score_or_hold, watched_track};
-use crate::filter::{Filter, HORIZONS_US};
+use crate::filter::Filter;
 use crate::scoring::forecast::ScoredForecast;
 
 /// Runs `filter` over `flight` as [`track`](super::track::track) does and asks it after every fifth
@@ -22,24 +21,15 @@ pub fn track_ahead(
     flight: &Flight,
     readings: &[Option<Reading>],
 ) -> (Vec<TrackStep>, Vec<ScoredForecast>) {
-    let last_us = flight.samples.last();
-    let last_us = last_us.map_or(0, |sample| time_us(flight, sample.time_s));
     let mut forecasts = Vec::new();
     let steps = watched_track(filter, flight, readings, &mut |filter, number, held| {
-        let time_s = flight.samples[number].time_s;
-        let now_us = time_us(flight, time_s);
-        let times_us = HORIZONS_US.map(|ahead_us| now_us + ahead_us);
-        if !number.is_multiple_of(EVERY) || times_us[0] > last_us {
+        let Some(ahead) = Ahead::of(flight, number) else {
             return;
-        }
-        let answers = filter.forecast(&times_us);
-        for (horizon, ahead_us) in HORIZONS_US.into_iter().enumerate() {
-            if times_us[horizon] > last_us {
-                break;
-            }
-            let truth_m = flight.at(time_s + 1e-6 * ahead_us as f64).position_m.into();
+        };
+        let answers = filter.forecast(&ahead.times_us);
+        for (horizon, truth_m) in ahead.truths_m.into_iter().enumerate() {
             let answer = answers.map(|answers| answers[horizon]);
-            let (_, scored) = score_or_hold(&answer, held, &truth_m);
+            let (_, scored) = score_or_hold(&answer, held, &truth_m.into());
             forecasts.push(ScoredForecast {
                 horizon,
                 score: scored.score,
@@ -57,9 +47,10 @@ mod tests {
     use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
     use bnkf_model_export::radar::reading::Reading;
     use bnkf_model_export::radar::sampling::{RadarSettings, sample_radar};
+    use bnkf_model_export::scoring::horizons::EVERY;
     use nalgebra::{Matrix3, Vector3};
 
-    use super::{EVERY, track_ahead};
+    use super::track_ahead;
     use crate::filter::{Filter, FilterError, Forecasts, HORIZONS_US, PositionEstimate, Start};
 
     /// Stays where it is, and refuses every second forecast.

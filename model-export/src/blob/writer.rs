@@ -45,7 +45,9 @@ pub fn write_blob(contents: &BlobContents) -> Result<Vec<u8>, BlobError> {
     let mut bytes = vec![0; field::HEADER_LEN];
     bytes[field::MAGIC].copy_from_slice(&field::MAGIC_BYTES);
     let parameters = contents.parameters.len();
-    let version = field::oldest_version(contents.kind, parameters, contents.activation);
+    let version = contents
+        .kind
+        .oldest_version(parameters, contents.activation);
     bytes[field::VERSION].copy_from_slice(&version.to_le_bytes());
     bytes[field::KIND] = contents.kind.id();
     bytes[field::UNITS] = field::UNITS_SI;

@@ -4,7 +4,7 @@ use super::batch::Batch;
 use super::bends;
 use super::checkpoint::{Checkpoint, CheckpointError};
 use super::encounter::Encounter;
-use super::frequencies::learned;
+use super::frequencies;
 use super::model::RecursiveModel;
 use super::network::Network;
 use super::network::anchor::Anchor;
@@ -257,10 +257,10 @@ impl<'f> Training<'f> {
                     Encounter::new(&flight.samples, readings, population)
                 })
                 .collect();
-            model.parameters.hypotheses = learned(&model, &encounters);
+            model.parameters.hypotheses = frequencies::learned(&model, &encounters);
             let duration_s = own.flights.iter().map(Flight::duration_s).sum();
-            let learned = bends::learned(&model, &meetings, duration_s);
-            model.parameters.bend += f64::from(own.blend) * (learned - model.parameters.bend);
+            let bend = bends::learned(&model, &meetings, duration_s);
+            model.parameters.bend += f64::from(own.blend) * (bend - model.parameters.bend);
         }
         model
     }
