@@ -78,7 +78,7 @@ impl<S: Scalar> Interval<S> {
             let extra = manoeuvre.extra(&unseen);
             add_noise(&mut part.covariance, &self.sight, &extra, time_s);
             correct(&mut part, vectors, self.sensor_scale);
-            mixture.join(number, odds[number], &part);
+            mixture.join(number, odds[number] * mixture.evidence(&part), &part);
         }
         let blunt = |scale| scale * hypotheses.outlier_variance;
         let scale = self.sensor_scale.map(blunt);
@@ -153,7 +153,7 @@ mod tests {
         let interval = interval(coast_s);
         let hypotheses = Hypotheses::DRONE;
         let mut measured = expected();
-        measured[2] += 5.0;
+        measured[2] += 12.0;
         let vectors = Vectors::whole(measured, [0.05, 0.04, 2.0, 0.3]);
         let odds = [0.4, 0.3, 0.2, 0.1];
         let mut got = Mixture::before(&STATE, &covariance());
@@ -186,8 +186,17 @@ mod tests {
             let whitened = correct(&mut part, &vectors, scales[k]);
             (part, whitened)
         });
-        let raw: [f64; HYPOTHESES] =
-            core::array::from_fn(|k| odds[k] * (-0.5 * parts[k].0.nis - parts[k].0.ln_root).exp());
+        let likelihood = |k: usize| (-0.5 * parts[k].0.nis - parts[k].0.ln_root).exp();
+        let raw: [f64; HYPOTHESES] = core::array::from_fn(|k| {
+            let worse = likelihood(NOMINAL) / likelihood(k);
+            let is_manoeuvre = k != NOMINAL && k != OUTLIER;
+            let counts = if is_manoeuvre {
+                1.0 - worse.powi(4)
+            } else {
+                1.0
+            };
+            odds[k] * likelihood(k) * counts.max(0.0)
+        });
         let total: f64 = raw.iter().sum();
         assert_eq!(whitened, parts[NOMINAL].1);
         for k in 0..HYPOTHESES {

@@ -9,6 +9,12 @@ use crate::scalar::Scalar;
 /// Difference of log-likelihoods beyond which two hypotheses differ no more.
 const LN_ODDS_MAX: f64 = 60.0;
 
+/// How steeply a hypothesis comes to count with what a measurement says for it: one that makes it twice as
+/// likely counts for all but a sixteenth.
+const EVIDENCE_POWER: f64 = 4.0;
+/// The least that a hypothesis counts for; its logarithm stays a number.
+const EVIDENCE_MIN: f64 = 1e-30;
+
 /// Corrections under several hypotheses, merged.
 #[derive(Clone, Copy, Debug)]
 pub struct Mixture<S> {
@@ -18,6 +24,8 @@ pub struct Mixture<S> {
     pub shares: [S; HYPOTHESES],
     /// Log-likelihood of the measurement under those so far, up to a constant of the sensor.
     ln_likelihood: S,
+    /// Log-likelihood under the first one alone.
+    ln_own: S,
 }
 
 impl<S: Scalar> Mixture<S> {
@@ -34,6 +42,7 @@ impl<S: Scalar> Mixture<S> {
             },
             shares: [zero; HYPOTHESES],
             ln_likelihood: zero,
+            ln_own: zero,
         }
     }
 
@@ -48,13 +57,24 @@ impl<S: Scalar> Mixture<S> {
     pub fn begin(&mut self, number: usize, odds: S) {
         self.shares = [S::constant(0.0); HYPOTHESES];
         self.shares[number] = S::constant(1.0);
-        self.ln_likelihood = ln_likelihood(odds, &self.corrected);
+        self.ln_own = ln_likelihood(&self.corrected);
+        self.ln_likelihood = odds.ln() + self.ln_own;
+    }
+
+    /// Part of a hypothesis that counts, for what it explains better than the first one does, `b` times: `1 - b^-4`,
+    /// none where it explains nothing better. What no measurement can tell is in the first one's noise
+    /// already, which was fitted alone; a manoeuvre's noise would be added to it at every step.
+    pub fn evidence(&self, other: &Corrected<S, 9>) -> S {
+        let zero = S::constant(0.0);
+        let better = (ln_likelihood(other) - self.ln_own).max(zero);
+        let left = (zero - S::constant(EVIDENCE_POWER) * better).exp();
+        (S::constant(1.0) - left).max(S::constant(EVIDENCE_MIN))
     }
 
     /// Joins another hypothesis. Merging by moments does not depend on the order.
     pub fn join(&mut self, number: usize, odds: S, other: &Corrected<S, 9>) {
         let one = S::constant(1.0);
-        let apart = ln_likelihood(odds, other) - self.ln_likelihood;
+        let apart = odds.ln() + ln_likelihood(other) - self.ln_likelihood;
         let apart = apart.clamp(-LN_ODDS_MAX, LN_ODDS_MAX);
         let share = one / (one + (-apart).exp());
         let left = one - share;
@@ -95,8 +115,8 @@ impl Mixture<f32> {
     }
 }
 
-fn ln_likelihood<S: Scalar>(odds: S, corrected: &Corrected<S, 9>) -> S {
-    odds.ln() - S::constant(0.5) * corrected.nis - corrected.ln_root
+fn ln_likelihood<S: Scalar>(corrected: &Corrected<S, 9>) -> S {
+    S::constant(-0.5) * corrected.nis - corrected.ln_root
 }
 
 #[cfg(test)]
@@ -167,6 +187,29 @@ mod tests {
         for i in 0..9 {
             assert!((mixture.corrected.state[i] - corrected(0).state[i]).abs() < 1e-20);
         }
+    }
+
+    /// Half as likely, as likely, 1.1, 2 and 1e9 times as likely as the first one.
+    #[test]
+    fn a_hypothesis_counts_for_what_it_explains_better() {
+        let mixture = of(0, 0.99, corrected(0));
+        for (times, expected) in [
+            (0.5_f64, 0.0),
+            (1.0, 0.0),
+            (1.1, 1.0 - 1.1_f64.powi(-4)),
+            (2.0, 0.9375),
+            (1e9, 1.0),
+        ] {
+            let mut other = corrected(0);
+            other.nis -= 2.0 * times.ln();
+            assert!(
+                (mixture.evidence(&other) - expected).abs() < 1e-12,
+                "{times}"
+            );
+        }
+        let mut hopeless = corrected(0);
+        hopeless.nis = 1e9;
+        assert!(mixture.evidence(&hopeless) > 0.0);
     }
 
     /// Every hypothesis between the network's own and the outlier is a manoeuvre.
