@@ -197,7 +197,7 @@ impl Measurement {
 
 /// A measurement as vectors for the filter step, in the order elevation, azimuth, range, range-rate.
 #[doc(hidden)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vectors<S> {
     /// Values; zero where nothing was measured.
     pub measured: [S; 4],
@@ -215,6 +215,15 @@ impl<S: Scalar> Vectors<S> {
             sigmas,
             present: [S::constant(1.0); 4],
         }
+    }
+}
+
+impl Vectors<f32> {
+    /// Makes a channel one that was not measured.
+    pub(crate) fn miss(&mut self, channel: usize) {
+        self.measured[channel] = 0.0;
+        self.sigmas[channel] = 1.0;
+        self.present[channel] = 0.0;
     }
 }
 

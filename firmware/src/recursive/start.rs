@@ -16,15 +16,53 @@ const POSITION_VARIANCE_MIN_M2: f64 = 1e-8;
 
 /// The state after a first measurement, which holds an azimuth.
 ///
-/// Range and elevation are fused with the population in spherical coordinates, or are the
-/// population's where they were not measured; sigma points (Julier and Uhlmann 1997, kappa = 0)
-/// carry the result to Cartesian ones; the range-rate then corrects the velocity along the line of
+/// The position is [`place`]'s; the range-rate then corrects the velocity along the line of
 /// sight. The population is a prior with heavy tails: a measurement further than three deviations
 /// from it widens it, so that a target anywhere, at any speed, is believed.
 pub fn start<S: Scalar>(
     vectors: &Vectors<S>,
     population: &Population<S>,
 ) -> (State<S>, Covariance<S>) {
+    let c = S::constant;
+    let (p, measured, sigmas) = (population, &vectors.measured, &vectors.sigmas);
+    let (mean, variances) = place(vectors, population);
+    let (elevation, _) = elevation(vectors, population);
+    let mut covariance = [[c(0.0); 9]; 9];
+    // The line of sight is what was measured: the mean of a blunt direction may be anywhere.
+    let unit = position(c(1.0), elevation, measured[1]);
+    let level = p.horizontal_sigma_mps * p.horizontal_sigma_mps;
+    let vertical = p.vertical_sigma_mps * p.vertical_sigma_mps;
+    let along = (unit[0] * unit[0] + unit[1] * unit[1]) * level + unit[2] * unit[2] * vertical;
+    let noise = sigmas[3] * sigmas[3];
+    let surprise = measured[3] * measured[3] / (along + noise);
+    let widen = (surprise / c(SURPRISE_MAX)).max(c(1.0));
+    let speed_variances = [level * widen, level * widen, vertical * widen];
+    let mut state = [c(0.0); 9];
+    let gained: [S; 3] = core::array::from_fn(|axis| unit[axis] * speed_variances[axis]);
+    let noise = noise.max(c(NOISE_MIN_PART) * along * widen);
+    let weight = vectors.present[3] / (along * widen + noise);
+    for row in 0..3 {
+        state[row] = mean[row];
+        state[3 + row] = gained[row] * weight * measured[3];
+        for column in 0..3 {
+            let gain = weight * (gained[row] * gained[column]);
+            covariance[3 + row][3 + column] = -gain;
+            covariance[row][column] = variances[row][column];
+        }
+        covariance[3 + row][3 + row] = covariance[3 + row][3 + row] + speed_variances[row];
+        covariance[6 + row][6 + row] = p.acceleration_sigma_mps2 * p.acceleration_sigma_mps2;
+    }
+    (state, covariance)
+}
+
+/// Position and its covariance, m, m^2, of a measurement that holds an azimuth and of the population.
+///
+/// Range and elevation are fused with the population in spherical coordinates, or are the
+/// population's where they were not measured; sigma points (Julier and Uhlmann 1997, kappa = 0)
+/// carry the result to Cartesian ones.
+// Its points are off the stack before anything else is made of the measurement.
+#[inline(never)]
+pub fn place<S: Scalar>(vectors: &Vectors<S>, population: &Population<S>) -> ([S; 3], [[S; 3]; 3]) {
     let c = S::constant;
     let (p, measured, sigmas) = (population, &vectors.measured, &vectors.sigmas);
     let (elevation, elevation_variance) = elevation(vectors, population);
@@ -51,7 +89,7 @@ pub fn start<S: Scalar>(
     for point in &points {
         mean = core::array::from_fn(|axis| mean[axis] + point[axis] / c(6.0));
     }
-    let mut covariance = [[c(0.0); 9]; 9];
+    let mut covariance = [[c(0.0); 3]; 3];
     for point in &points {
         for row in 0..3 {
             for column in 0..3 {
@@ -60,31 +98,10 @@ pub fn start<S: Scalar>(
             }
         }
     }
-    // The line of sight is what was measured: the mean of a blunt direction may be anywhere.
-    let unit = position(c(1.0), elevation, measured[1]);
-    let level = p.horizontal_sigma_mps * p.horizontal_sigma_mps;
-    let vertical = p.vertical_sigma_mps * p.vertical_sigma_mps;
-    let along = (unit[0] * unit[0] + unit[1] * unit[1]) * level + unit[2] * unit[2] * vertical;
-    let noise = sigmas[3] * sigmas[3];
-    let surprise = measured[3] * measured[3] / (along + noise);
-    let widen = (surprise / c(SURPRISE_MAX)).max(c(1.0));
-    let speed_variances = [level * widen, level * widen, vertical * widen];
-    let mut state = [c(0.0); 9];
-    let gained: [S; 3] = core::array::from_fn(|axis| unit[axis] * speed_variances[axis]);
-    let noise = noise.max(c(NOISE_MIN_PART) * along * widen);
-    let weight = vectors.present[3] / (along * widen + noise);
-    for row in 0..3 {
-        state[row] = mean[row];
-        state[3 + row] = gained[row] * weight * measured[3];
-        for column in 0..3 {
-            let gain = weight * (gained[row] * gained[column]);
-            covariance[3 + row][3 + column] = -gain;
-        }
-        covariance[row][row] = covariance[row][row] + c(POSITION_VARIANCE_MIN_M2);
-        covariance[3 + row][3 + row] = covariance[3 + row][3 + row] + speed_variances[row];
-        covariance[6 + row][6 + row] = p.acceleration_sigma_mps2 * p.acceleration_sigma_mps2;
+    for (axis, row) in covariance.iter_mut().enumerate() {
+        row[axis] = row[axis] + c(POSITION_VARIANCE_MIN_M2);
     }
-    (state, covariance)
+    (mean, covariance)
 }
 
 /// What a sensor at rest would have measured in place of one with this velocity (m/s): its own motion

@@ -12,7 +12,7 @@ use super::motion::predict;
 use super::population::{Base, Population};
 use super::schedule::Schedule;
 use super::sight::LineOfSight;
-use super::start::{at_rest, start};
+use super::start::{at_rest, place, start};
 use super::state::{Covariance, State, position_variance};
 use crate::cholesky::make_definite;
 use crate::clock::seconds_between;
@@ -22,6 +22,8 @@ use crate::measurement::{Channel, Measurement, RANGE_MAX_M, Vectors};
 use crate::radar;
 use crate::step_error::StepError;
 
+/// How much larger the variance of a blind prediction is than that of a measurement which replaces it.
+const BLUNTER: f32 = 4.0;
 /// Largest speed, m/s, and acceleration, m/s^2, of a state that means anything: ten times what a
 /// measurement can say.
 const SPEED_MAX_MPS: f32 = 1e5;
@@ -119,6 +121,38 @@ impl Target {
         };
         let variance = self.position_variance() + other.position_variance();
         (0..3).map(squared).sum::<f32>() >= deviations * deviations * variance
+    }
+
+    /// Takes its position, as the latest sensor sees it, from a whole measurement alone if the prediction is
+    /// blind: unsure by more than its distance from the sensor's vertical axis, where angles have no slope
+    /// that holds, and by more than twice what the measurement and the population leave. The curvature would
+    /// outweigh every such measurement, and the track would never find back. Velocity and acceleration stay,
+    /// as independent of the position, and the range-rate alone is left of the measurement.
+    // Off the stack before the correction.
+    #[inline(never)]
+    pub fn relocate(&mut self, vectors: &mut Vectors<f32>, population: &Population<f32>) {
+        let [x_m, y_m] = [self.state[0], self.state[1]];
+        let unsure_m2 = self.position_variance();
+        let [elevation, azimuth, range, _] = vectors.present;
+        if elevation * azimuth * range == 0.0 || unsure_m2 <= x_m * x_m + y_m * y_m {
+            return;
+        }
+        let (place_m, place_m2) = place(vectors, population);
+        if unsure_m2 <= BLUNTER * (place_m2[0][0] + place_m2[1][1] + place_m2[2][2]) {
+            return;
+        }
+        for channel in 0..3 {
+            vectors.miss(channel);
+        }
+        self.state[..3].copy_from_slice(&place_m);
+        for (row, variances) in place_m2.iter().enumerate() {
+            // Nothing of a position and a velocity that were found together is left.
+            self.covariance[row] = [0.0; 9];
+            self.covariance[row][..3].copy_from_slice(variances);
+            for column in 3..9 {
+                self.covariance[column][row] = 0.0;
+            }
+        }
     }
 
     /// Counts the position from this sensor, m.

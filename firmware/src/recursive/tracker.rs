@@ -155,12 +155,14 @@ impl Recursive<'_, '_> {
         Ok(())
     }
 
-    /// Corrects the predicted target with a measurement within the gate, and doubts it otherwise.
+    /// Corrects the predicted target with a measurement within the gate, and doubts it otherwise; of one that
+    /// it was relocated by, the range-rate alone is left.
     // The corrections are off the stack before the candidate's turn.
     #[inline(never)]
     fn compare(&mut self, measurement: &Measurement, interval: &Interval<f32>) -> Comparison {
         let target = &mut self.workspace.target;
-        let vectors = Vectors::from(measurement);
+        let mut vectors = Vectors::from(measurement);
+        target.relocate(&mut vectors, &self.model.parameters.population);
         let sensor_mps = measurement.sensor.velocity_mps;
         let hypotheses = &self.model.parameters.hypotheses;
         let odds = hypotheses.odds(&target.memory.counts);

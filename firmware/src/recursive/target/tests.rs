@@ -335,3 +335,107 @@ fn a_track_is_fused_and_doubted() {
     assert_eq!(doubted.covariance, covariance);
     assert!(covariance[0][0] > before.covariance[0][0]);
 }
+
+/// A target two metres from the vertical axis, 20 m up, unsure by ten metres along every axis.
+fn blind() -> Target {
+    let mut target = target();
+    target.state[..3].copy_from_slice(&[2.0, 0.0, 20.0]);
+    for axis in 0..3 {
+        target.covariance[axis][axis] = 100.0;
+    }
+    assert!(target.settle());
+    target
+}
+
+/// What is seen 5 m from the axis: a sight that a blind target's curvature outweighs.
+fn overhead() -> Measurement {
+    Measurement {
+        elevation: sensed(1.3, 0.001),
+        azimuth: sensed(-2.0, 0.001),
+        range: sensed(20.0, 0.5),
+        ..first()
+    }
+}
+
+#[test]
+fn a_blind_target_takes_its_place_from_a_measurement() {
+    let before = blind();
+    let mut blinded = before;
+    let mut corrected = Corrected::before(&before.state, &before.covariance);
+    correct_soundly(&mut corrected, &Vectors::from(&overhead()), [1.0; 3]).expect("sound");
+    let seen = radar::position(20.0_f32, 1.3, -2.0);
+    let far = |state: &State<f32>| {
+        let squares = (0..3).map(|axis| (state[axis] - seen[axis]).powi(2));
+        squares.sum::<f32>().sqrt()
+    };
+    assert!(far(&corrected.state) > 3.0, "a correction does not find it");
+
+    let mut vectors = Vectors::from(&overhead());
+    blinded.relocate(&mut vectors, &population());
+    let left = Measurement {
+        elevation: None,
+        azimuth: None,
+        range: None,
+        ..overhead()
+    };
+    assert_eq!(vectors, Vectors::from(&left));
+    assert!(far(&blinded.state) < 0.5);
+    assert!(blinded.position_variance() < 0.5);
+    assert_eq!(blinded.state[3..], before.state[3..]);
+    for row in 3..9 {
+        assert_eq!(blinded.covariance[row][3..], before.covariance[row][3..]);
+        assert_eq!(blinded.covariance[row][..3], [0.0; 3]);
+    }
+    for row in 0..3 {
+        for column in 0..9 {
+            let (a, b) = (
+                blinded.covariance[row][column],
+                blinded.covariance[column][row],
+            );
+            assert!((a - b).abs() <= 1e-6 * a.abs(), "{row} {column}");
+        }
+    }
+    assert!(blinded.settle());
+}
+
+/// Sure, far from the axis, seen in part, or by a sensor as blunt: each alone keeps the prediction.
+#[test]
+fn a_target_that_is_not_blind_keeps_its_place() {
+    let kept = |mut target: Target, measurement: Measurement| {
+        let (before, mut vectors) = (target, Vectors::from(&measurement));
+        target.relocate(&mut vectors, &population());
+        vectors == Vectors::from(&measurement)
+            && (target.state, target.covariance) == (before.state, before.covariance)
+    };
+    let mut sure = blind();
+    for axis in 0..3 {
+        sure.covariance[axis][axis] = 1.3;
+    }
+    assert!(kept(sure, overhead()));
+    let mut far = blind();
+    far.state[1] = 18.0;
+    assert!(kept(far, overhead()));
+    let blunt = Measurement {
+        elevation: sensed(1.3, 0.4),
+        azimuth: sensed(-2.0, 0.4),
+        range: sensed(20.0, 100.0),
+        ..first()
+    };
+    assert!(kept(blind(), blunt));
+    for missing in [
+        Measurement {
+            range: None,
+            ..overhead()
+        },
+        Measurement {
+            elevation: None,
+            ..overhead()
+        },
+        Measurement {
+            azimuth: None,
+            ..overhead()
+        },
+    ] {
+        assert!(kept(blind(), missing));
+    }
+}

@@ -505,6 +505,41 @@ fn hypotheses_look_back_over_what_nobody_saw() {
     }
 }
 
+/// Beside the sensor's axis a prediction that is unsure by ten metres cannot be corrected: measurements count for
+/// less, the more it is unsure. It is found at the next one, goes on as the same track, and says how sure it is.
+#[test]
+fn a_track_that_is_blind_overhead_finds_back() {
+    let bytes = constant([0.0; OUTPUTS]).bytes();
+    let mut tracker = started(&bytes);
+    let used = now(&tracker).used;
+    let target = tracker.belief.target.as_mut().expect("a target");
+    target.state[..3].copy_from_slice(&[2.0, 0.0, 20.0]);
+    for axis in 0..3 {
+        target.covariance[axis][axis] = 100.0;
+    }
+    let mut seen = measurement(100_000, 20.0, -2.0);
+    seen.elevation = Some(Sensed {
+        value: 1.3,
+        sigma: 0.001,
+    });
+    let estimate = tracker.step(&seen, false).expect("an estimate");
+    assert_eq!(
+        (estimate.mode, now(&tracker).used),
+        (Mode::Tracking, used + 1)
+    );
+    let place = crate::radar::position(20.0_f32, 1.3, -2.0);
+    for axis in 0..3 {
+        assert!(
+            (estimate.position_m[axis] - place[axis]).abs() < 1.0,
+            "{axis}"
+        );
+    }
+    // A variance of 0.09 along the beam, which one look leaves and two would halve.
+    let variance_m2 = now(&tracker).position_variance();
+    assert!((0.08..0.12).contains(&variance_m2), "{variance_m2}");
+    assert!(estimate.nis < 64.0);
+}
+
 /// What a rejected measurement says is remembered, within a thousand deviations, unless readings
 /// are often wrong.
 #[test]
