@@ -15,6 +15,9 @@ use crate::scalar::Scalar;
 /// Shorter steps count as one of this length where steps of a gap are counted, s.
 const STEP_MIN_S: f64 = 0.05;
 
+/// Where the range-rate stands in a measurement's vectors.
+const RANGE_RATE: usize = 3;
+
 /// What a correction needs to know of the prediction before it.
 #[derive(Clone, Copy, Debug)]
 pub struct Interval<S> {
@@ -71,6 +74,7 @@ impl<S: Scalar> Interval<S> {
         let whitened = correct(&mut mixture.corrected, vectors, self.sensor_scale);
         mixture.begin(NOMINAL, odds[NOMINAL]);
         let (unseen, time_s) = (self.unseen(), self.coast_s + self.dt_s);
+        let one = S::constant(1.0);
         // One place for all of them: each would weigh on the stack.
         let mut part = Corrected::new();
         for (number, manoeuvre) in (NOMINAL + 1..).zip(&hypotheses.manoeuvres) {
@@ -78,7 +82,10 @@ impl<S: Scalar> Interval<S> {
             let extra = manoeuvre.extra(&unseen);
             add_noise(&mut part.covariance, &self.sight, &extra, time_s);
             correct(&mut part, vectors, self.sensor_scale);
-            mixture.join(number, odds[number] * mixture.evidence(&part), &part);
+            // A range-rate tells a manoeuvre sooner or later, and until then its odds stand.
+            let told = vectors.present[RANGE_RATE];
+            let counts = told + (one - told) * mixture.evidence(&part);
+            mixture.join(number, odds[number] * counts, &part);
         }
         let blunt = |scale| scale * hypotheses.outlier_variance;
         let scale = self.sensor_scale.map(blunt);
@@ -122,13 +129,19 @@ mod tests {
     /// Every hypothesis by itself: its own process noise, the outlier's own sensor.
     #[test]
     fn weighing_corrects_under_every_hypothesis() {
-        assert_weighed(0.0, 1.0);
+        assert_weighed(0.0, 1.0, 1.0);
+    }
+
+    /// Without a range-rate a manoeuvre counts for what it explains better.
+    #[test]
+    fn a_manoeuvre_that_no_range_rate_shows_counts_by_its_evidence() {
+        assert_weighed(0.0, 1.0, 0.0);
     }
 
     /// After three more steps it may have been at work in all four, at half the density.
     #[test]
     fn a_manoeuvre_may_have_been_in_the_gap() {
-        assert_weighed(0.6, 4.0);
+        assert_weighed(0.6, 4.0, 1.0);
     }
 
     #[test]
@@ -149,12 +162,13 @@ mod tests {
         }
     }
 
-    fn assert_weighed(coast_s: f64, steps: f64) {
+    fn assert_weighed(coast_s: f64, steps: f64, range_rate: f64) {
         let interval = interval(coast_s);
         let hypotheses = Hypotheses::DRONE;
         let mut measured = expected();
         measured[2] += 12.0;
-        let vectors = Vectors::whole(measured, [0.05, 0.04, 2.0, 0.3]);
+        let mut vectors = Vectors::whole(measured, [0.05, 0.04, 2.0, 0.3]);
+        vectors.present[RANGE_RATE] = range_rate;
         let odds = [0.4, 0.3, 0.2, 0.1];
         let mut got = Mixture::before(&STATE, &covariance());
         let whitened = interval.weigh(
@@ -190,7 +204,7 @@ mod tests {
         let raw: [f64; HYPOTHESES] = core::array::from_fn(|k| {
             let worse = likelihood(NOMINAL) / likelihood(k);
             let is_manoeuvre = k != NOMINAL && k != OUTLIER;
-            let counts = if is_manoeuvre {
+            let counts = if is_manoeuvre && range_rate == 0.0 {
                 1.0 - worse.powi(4)
             } else {
                 1.0
