@@ -3,11 +3,12 @@
 //! The network's noise densities are right for most steps of most targets. Now and then a target
 //! bursts or jumps, or a reading is wrong: latent biases of the densities and of the sensor's
 //! variance, drawn anew at every step from a prior with heavy tails, of which the blob holds a few
-//! values and their probabilities. Every measurement is tried under each. A manoeuvre counts for what
-//! it explains better than the network's own noise ([`Mixture::evidence`]); but for that the posterior is exact
-//! given the Gaussian before, and the Gaussians after are merged by their moments (first-order
-//! generalised pseudo-Bayes; Bar-Shalom, Li and Kirubarajan 2001, section 11.6.4). How often each
-//! occurs is learned for each target: a Dirichlet prior, updated by soft counts.
+//! values and their probabilities. Every measurement is tried under each. Without a range-rate a
+//! manoeuvre counts for what it explains better than the network's own noise
+//! ([`Mixture::evidence`]); but for that the posterior is exact given the Gaussian before, and the
+//! Gaussians after are merged by their moments (first-order generalised pseudo-Bayes; Bar-Shalom, Li and
+//! Kirubarajan 2001, section 11.6.4). How often each occurs is learned for each target: a Dirichlet
+//! prior, updated by soft counts.
 //!
 //! [`Mixture::evidence`]: super::mixture::Mixture::evidence
 
