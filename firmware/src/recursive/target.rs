@@ -127,19 +127,19 @@ impl Target {
     /// blind: unsure by more than its distance from the sensor's vertical axis, where angles have no slope
     /// that holds, and by more than twice what the measurement and the population leave. The curvature would
     /// outweigh every such measurement, and the track would never find back. Velocity and acceleration stay,
-    /// as independent of the position, and the range-rate alone is left of the measurement.
+    /// as independent of the position, and the range-rate alone is left of the measurement. Returns whether it did.
     // Off the stack before the correction.
     #[inline(never)]
-    pub fn relocate(&mut self, vectors: &mut Vectors<f32>, population: &Population<f32>) {
+    pub fn relocate(&mut self, vectors: &mut Vectors<f32>, population: &Population<f32>) -> bool {
         let [x_m, y_m] = [self.state[0], self.state[1]];
         let unsure_m2 = self.position_variance();
         let [elevation, azimuth, range, _] = vectors.present;
         if elevation * azimuth * range == 0.0 || unsure_m2 <= x_m * x_m + y_m * y_m {
-            return;
+            return false;
         }
         let (place_m, place_m2) = place(vectors, population);
         if unsure_m2 <= BLUNTER * (place_m2[0][0] + place_m2[1][1] + place_m2[2][2]) {
-            return;
+            return false;
         }
         for channel in 0..3 {
             vectors.miss(channel);
@@ -153,6 +153,7 @@ impl Target {
                 self.covariance[column][row] = 0.0;
             }
         }
+        true
     }
 
     /// Counts the position from this sensor, m.

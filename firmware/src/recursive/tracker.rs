@@ -110,7 +110,9 @@ impl Recursive<'_, '_> {
             .target
             .seen_from(measurement.sensor.position_m);
         let step = self.predict(measurement.time_us)?;
-        let Comparison { nis, doubt } = self.compare(measurement, &step.interval);
+        let Some(Comparison { nis, doubt }) = self.compare(measurement, &step.interval) else {
+            return self.start(measurement, Mode::Restarted);
+        };
         let target = &mut self.workspace.target;
         if !target.settle() {
             return self.start(measurement, Mode::Restarted);
@@ -156,13 +158,18 @@ impl Recursive<'_, '_> {
     }
 
     /// Corrects the predicted target with a measurement within the gate, and doubts it otherwise; of one that
-    /// it was relocated by, the range-rate alone is left.
+    /// it was relocated by, the range-rate alone is left. `None` if that is beyond the gate: then neither place nor
+    /// velocity of the prediction is left, and the measurement cannot be called rejected.
     // The corrections are off the stack before the candidate's turn.
     #[inline(never)]
-    fn compare(&mut self, measurement: &Measurement, interval: &Interval<f32>) -> Comparison {
+    fn compare(
+        &mut self,
+        measurement: &Measurement,
+        interval: &Interval<f32>,
+    ) -> Option<Comparison> {
         let target = &mut self.workspace.target;
         let mut vectors = Vectors::from(measurement);
-        target.relocate(&mut vectors, &self.model.parameters.population);
+        let relocated = target.relocate(&mut vectors, &self.model.parameters.population);
         let sensor_mps = measurement.sensor.velocity_mps;
         let hypotheses = &self.model.parameters.hypotheses;
         let odds = hypotheses.odds(&target.memory.counts);
@@ -183,16 +190,19 @@ impl Recursive<'_, '_> {
                 target.take(&mixture.corrected);
                 target.over_ground(sensor_mps);
                 target.memory.explained(mixture.shares);
-                return Comparison {
+                return Some(Comparison {
                     nis,
                     doubt: Some(mixture.doubt()),
-                };
+                });
             }
+        }
+        if relocated {
+            return None;
         }
         target.over_ground(sensor_mps);
         target.memory.refused();
         target.doubt(interval, hypotheses, &odds);
-        Comparison { nis, doubt: None }
+        Some(Comparison { nis, doubt: None })
     }
 
     /// Goes on to `time_us` without a measurement, as the sensor of the latest one sees it.

@@ -505,13 +505,10 @@ fn hypotheses_look_back_over_what_nobody_saw() {
     }
 }
 
-/// Beside the sensor's axis a prediction that is unsure by ten metres cannot be corrected: measurements count for
-/// less, the more it is unsure. It is found at the next one, goes on as the same track, and says how sure it is.
-#[test]
-fn a_track_that_is_blind_overhead_finds_back() {
-    let bytes = constant([0.0; OUTPUTS]).bytes();
-    let mut tracker = started(&bytes);
-    let used = now(&tracker).used;
+/// A track two metres from the sensor's axis, 20 m up, unsure by ten metres along every axis, and what is seen 5 m
+/// from the axis a tenth of a second later.
+fn blind(bytes: &[u8]) -> (Bench<'_>, Measurement) {
+    let mut tracker = started(bytes);
     let target = tracker.belief.target.as_mut().expect("a target");
     target.state[..3].copy_from_slice(&[2.0, 0.0, 20.0]);
     for axis in 0..3 {
@@ -522,22 +519,47 @@ fn a_track_that_is_blind_overhead_finds_back() {
         value: 1.3,
         sigma: 0.001,
     });
+    (tracker, seen)
+}
+
+fn assert_overhead(estimate: &Estimate) {
+    let place = crate::radar::position(20.0_f32, 1.3, -2.0);
+    for (axis, (there, seen)) in estimate.position_m.iter().zip(place).enumerate() {
+        assert!((there - seen).abs() < 1.0, "{axis}");
+    }
+}
+
+/// Measurements would count for less, the more it is unsure. It is found at the next one, goes on as the same
+/// track, and says how sure it is.
+#[test]
+fn a_track_that_is_blind_overhead_finds_back() {
+    let bytes = constant([0.0; OUTPUTS]).bytes();
+    let (mut tracker, seen) = blind(&bytes);
+    let used = now(&tracker).used;
     let estimate = tracker.step(&seen, false).expect("an estimate");
     assert_eq!(
         (estimate.mode, now(&tracker).used),
         (Mode::Tracking, used + 1)
     );
-    let place = crate::radar::position(20.0_f32, 1.3, -2.0);
-    for axis in 0..3 {
-        assert!(
-            (estimate.position_m[axis] - place[axis]).abs() < 1.0,
-            "{axis}"
-        );
-    }
+    assert_overhead(&estimate);
     // A variance of 0.09 along the beam, which one look leaves and two would halve.
     let variance_m2 = now(&tracker).position_variance();
     assert!((0.08..0.12).contains(&variance_m2), "{variance_m2}");
     assert!(estimate.nis < 64.0);
+}
+
+/// Its place is the measurement's, so it cannot say that the measurement was rejected.
+#[test]
+fn a_blind_track_of_another_velocity_starts_anew() {
+    let bytes = constant([0.0; OUTPUTS]).bytes();
+    let (mut tracker, mut seen) = blind(&bytes);
+    seen.range_rate = Some(Sensed {
+        value: 300.0,
+        sigma: 0.1,
+    });
+    let estimate = tracker.step(&seen, false).expect("an estimate");
+    assert_eq!((estimate.mode, now(&tracker).used), (Mode::Restarted, 1));
+    assert_overhead(&estimate);
 }
 
 /// What a rejected measurement says is remembered, within a thousand deviations, unless readings
