@@ -106,7 +106,8 @@ impl Foresight {
         self.due_us <= due_us(time_us)
             && squared(&self.position_m).is_finite()
             && squared(&self.bend_m).is_finite()
-            && self.variance_m2 >= 0.0
+            // What an open forecast is compared by divides.
+            && (self.is_idle() || self.variance_m2 > 0.0)
             && self.variance_m2.is_finite()
             && (0.0..=SQUARE_MAX * sums).contains(&self.found)
             && (0.0..=sums).contains(&self.expected)

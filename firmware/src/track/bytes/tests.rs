@@ -207,7 +207,7 @@ fn a_track_that_cannot_be_is_refused() {
             State::Recursive(_) => panic!("memoryless"),
         }
     }
-    let recursive: [(Damage, TrackField); 22] = [
+    let recursive: [(Damage, TrackField); 23] = [
         (|t| t.clock.latest_us = None, TrackField::Measurement),
         (|t| t.clock.latest_us = Some(1 << 40), TrackField::Clock),
         (
@@ -246,6 +246,11 @@ fn a_track_that_cannot_be_is_refused() {
         ),
         (
             |t| target(t).foresight.variance_m2 = -1.0,
+            TrackField::Memory,
+        ),
+        // Not below nothing, yet what is divided by it overflows below.
+        (
+            |t| target(t).foresight.variance_m2 = -0.0,
             TrackField::Memory,
         ),
         (
@@ -373,6 +378,26 @@ fn a_track_is_handed_over_within_its_kind() {
     let moved = place(&mut track, &newer, &mut workspace);
     assert!((0..3).all(|axis| (moved[axis] - expected[axis]).abs() < 1.0));
     assert!(track.step(&newer, &mut workspace, &now).is_ok());
+}
+
+/// Zeros, ones and the bounds of floats at each place: refused, or a track whose numbers are numbers.
+#[test]
+fn no_float_at_the_edge_answers_with_nonsense() {
+    let blob = Draft::recursive(3).bytes();
+    let model = Model::new(&blob).expect("a blob");
+    let edges = [0.0, f32::MIN_POSITIVE, 1e-44, 1.0, 1e18, f32::MAX];
+    for steps in [7, 9] {
+        let whole = written(&track(&model, steps));
+        for at in 0..TRACK_SNAPSHOT_BYTES - CRC_BYTES - 4 {
+            for edge in edges.iter().flat_map(|&edge| [edge, -edge]) {
+                let mut bytes = whole;
+                bytes[at..at + 4].copy_from_slice(&edge.to_le_bytes());
+                if let Ok(track) = Track::from_bytes(&sealed(bytes)) {
+                    answers(&model, track);
+                }
+            }
+        }
+    }
 }
 
 proptest! {
