@@ -1,0 +1,108 @@
+use super::super::*;
+use super::bench::{constant, measurement, near, now, outputs, parameters, started};
+use super::way::{Way, asked, assert_same, corrected, doubted, predicted, unasked};
+use crate::recursive::envelope::Envelope;
+use crate::recursive::schedule::{OUTPUTS, Schedule};
+
+/// A gap of 0.6 s is predicted in three parts, 0.25 s in one, each as the network says, and
+/// corrected under all hypotheses.
+#[test]
+fn a_step_is_predictions_and_a_correction() {
+    let bytes = constant(outputs()).bytes();
+    let mut tracker = started(&bytes);
+    let mut expected = now(&tracker);
+    let way = asked(&outputs());
+    let mut time_us = 0;
+    for (after_us, parts, dt_s) in [(600_000, 3, 0.2), (250_000, 1, 0.25), (300_000, 2, 0.15)] {
+        time_us += after_us;
+        let seen = measurement(time_us, 33.3, 0.505);
+        let estimate = tracker.step(&seen, false).expect("an estimate");
+        let interval = predicted(&mut expected, &way, parts, dt_s);
+        expected.time_us = time_us;
+        let nis = corrected(&mut expected, &interval, &way, &seen);
+        assert_same(&now(&tracker), &expected);
+        assert_eq!((estimate.mode, estimate.outside), (Mode::Tracking, false));
+        assert!(near(estimate.nis, nis, 10.0 * nis));
+        assert_eq!(estimate.time_us, time_us);
+        expected = now(&tracker);
+    }
+}
+
+/// A coast is a step that ends in doubt; a call at the same time moves nothing.
+#[test]
+fn a_coast_is_predictions_and_a_doubt() {
+    let bytes = constant(outputs()).bytes();
+    let mut tracker = started(&bytes);
+    let mut expected = now(&tracker);
+    let way = asked(&outputs());
+    let interval = predicted(&mut expected, &way, 2, 0.2);
+    doubted(&mut expected, &interval, &way);
+    expected.time_us = 400_000;
+    let estimate = tracker.coast(400_000).expect("a coast");
+    assert_same(&now(&tracker), &expected);
+    assert_eq!((estimate.mode, estimate.nis), (Mode::Coasting, 0.0));
+    assert_eq!(estimate.doubt, Doubt::NONE);
+    let again = tracker.coast(400_000).expect("a coast");
+    assert_eq!(again.position_m, estimate.position_m);
+    // Nor at the time of the first measurement, when there is no age to divide by.
+    let mut tracker = started(&bytes);
+    let before = now(&tracker);
+    tracker.coast(0).expect("a coast");
+    assert_same(&now(&tracker), &before);
+    tracker.coast(400_000).expect("a coast");
+    let age_s = now(&tracker).memory.age_s;
+    assert!((age_s - 0.4).abs() < 1e-6);
+}
+
+/// Too fast for the model: the wide schedule. Somewhere it does not know: its base.
+#[test]
+fn outside_the_envelope_the_network_is_not_asked() {
+    let bytes = constant(outputs()).bytes();
+    let base = parameters().base;
+    type Case = (fn(&mut Target), Way);
+    let cases: [Case; 4] = [
+        // Ten seconds are not more than ten.
+        (|t| t.memory.coast_s = 10.0, asked(&outputs())),
+        (|t| t.state[3] = 17.0, unasked(Schedule::wide(&base))),
+        (
+            |t| t.state[2] = 150.0,
+            unasked(Schedule::read(&[0.0; OUTPUTS], &base)),
+        ),
+        (
+            |t| t.memory.coast_s = 10.1,
+            unasked(Schedule::read(&[0.0; OUTPUTS], &base)),
+        ),
+    ];
+    for (change, way) in cases {
+        let mut tracker = started(&bytes);
+        let mut expected = now(&tracker);
+        change(&mut expected);
+        tracker.belief.target = Some(expected);
+        let interval = predicted(&mut expected, &way, 1, 0.1);
+        doubted(&mut expected, &interval, &way);
+        expected.time_us = 100_000;
+        let estimate = tracker.coast(100_000).expect("a coast");
+        assert_same(&now(&tracker), &expected);
+        let p = parameters();
+        let envelope = Envelope::of(&p.bounds, &p.population);
+        let inside = envelope.holds_motion(&expected.state)
+            && envelope.holds_place(&expected.state, &expected.covariance);
+        assert_eq!(estimate.outside, !inside);
+    }
+}
+
+/// Hypotheses look back over a gap, but not over readings that were rejected.
+#[test]
+fn hypotheses_look_back_over_what_nobody_saw() {
+    let bytes = constant([0.0; OUTPUTS]).bytes();
+    for (rejections, coast_s) in [(0, 0.4), (1, 0.0)] {
+        let mut tracker = started(&bytes);
+        tracker.coast(400_000).expect("a coast");
+        tracker.belief.rejections = rejections;
+        let mut run = tracker.run();
+        run.set_out().expect("a target");
+        let step = run.predict(500_000).expect("a prediction");
+        assert!((step.interval.coast_s - coast_s).abs() < 1e-6);
+        assert!((step.interval.dt_s - 0.1).abs() < 1e-6);
+    }
+}
