@@ -224,10 +224,12 @@ impl Track {
         let tick = tick.map_err(|error| self.refusal(error, time_us))?;
         let anew = tick == Tick::Anew;
         // Only then the estimate: it is large, and would weigh on the stack of all this.
+        let rng = self.rng.clone();
         let outcome = match self.on(model, workspace)? {
             Run::Memoryless(mut run) => run.step(&measurement, anew),
             Run::Recursive(mut run) => run.step(&measurement, anew),
-        }?;
+        };
+        let outcome = outcome.inspect_err(|_| self.rng = rng)?;
         self.clock.advance(time_us);
         self.latest = Some(measurement);
         self.estimate(model, outcome)
@@ -250,6 +252,7 @@ impl Track {
         time_us: u64,
     ) -> Result<Estimate, StepError> {
         self.reaches(time_us)?;
+        let rng = self.rng.clone();
         let outcome = match self.on(model, workspace)? {
             Run::Memoryless(mut run) => {
                 let estimate = run.coast(time_us)?;
@@ -257,7 +260,8 @@ impl Track {
                 return Ok(estimate);
             }
             Run::Recursive(mut run) => run.coast(time_us),
-        }?;
+        };
+        let outcome = outcome.inspect_err(|_| self.rng = rng)?;
         self.clock.advance(time_us);
         self.estimate(model, outcome)
     }

@@ -95,11 +95,9 @@ impl Memoryless<'_, '_> {
     #[inline(never)]
     pub fn step(&mut self, measurement: &Measurement, anew: bool) -> Result<Outcome, StepError> {
         let plot = Plot::of(measurement)?;
-        if anew {
-            *self.past = Past::NONE;
-        }
         let recent = self.past.previous.filter(|previous| {
-            measurement.time_us.saturating_sub(previous.time_us) <= PREVIOUS_AGE_MAX_US
+            let age_us = measurement.time_us.saturating_sub(previous.time_us);
+            !anew && age_us <= PREVIOUS_AGE_MAX_US
         });
         let previous = recent.unwrap_or(plot);
         let age_s = seconds_between(previous.time_us, measurement.time_us);
@@ -153,8 +151,7 @@ impl Memoryless<'_, '_> {
     pub fn coast(&mut self, time_us: u64) -> Result<Estimate, StepError> {
         let ahead = self.ahead(time_us);
         if ahead == Err(StepError::Lost) {
-            self.past.latest = None;
-            self.past.previous = None;
+            *self.past = Past::NONE;
         }
         ahead
     }

@@ -1,9 +1,10 @@
 //! Where a target will be, asked without touching its track.
 
 use super::answer::Answer;
+use super::foresight::AHEAD_S;
 use super::steady::Steady;
 use super::target::Target;
-use super::tracker::{INTERVAL_MAX_S, Recursive};
+use super::tracker::{INTERVAL_MAX_S, Recursive, SILENCE_MAX_S};
 use crate::clock::seconds_between;
 use crate::estimate::{Estimate, Mode, Outcome};
 use crate::step_error::StepError;
@@ -27,7 +28,7 @@ impl Recursive<'_, '_> {
         self.set_out()?;
         let mut answer = Answer::of(&self.model.parameters.base);
         self.ask_ahead(&mut answer)?;
-        self.follow(&answer, times_us, each)
+        self.follow(&mut answer, times_us, each)
     }
 
     /// How the target moves if nothing more is measured.
@@ -46,7 +47,7 @@ impl Recursive<'_, '_> {
     #[inline(never)]
     fn follow(
         &mut self,
-        answer: &Answer,
+        answer: &mut Answer,
         times_us: &[u64],
         each: &mut dyn FnMut(usize, &Estimate),
     ) -> Result<(), StepError> {
@@ -61,15 +62,18 @@ impl Recursive<'_, '_> {
             while time_s >= to_s {
                 self.model.advance(ahead, answer, to_s - from_s);
                 (from_s, to_s) = (to_s, 2.0 * to_s);
+                if to_s > SILENCE_MAX_S {
+                    // As in a silence: further ahead nobody says where targets are.
+                    answer.factor = None;
+                }
             }
             there.copy_from(ahead);
             there.time_us = time_us;
             self.model.advance(&mut there, answer, time_s - from_s);
-            let bend = self.model.parameters.bend;
-            there
-                .foresight
-                .bend_by(&mut there.state, &now, time_s, bend);
             there.foresight.widen(&mut there.covariance, before_m2);
+            // Of a second ahead it was learned how sure to be, of what comes after it the bend itself is open.
+            let open = (1.0 - AHEAD_S / time_s.max(AHEAD_S)).max(0.0);
+            there.bend((&now, time_s), [0.0; 3], self.model.parameters.bend, open);
             if !there.settle() {
                 return Err(StepError::Lost);
             }

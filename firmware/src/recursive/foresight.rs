@@ -23,7 +23,12 @@
 //! k = (b + sum g (x - c)' u / tr P_f) / (1 + sum g u' u / tr P_f),   g = 1 - tr P / tr P_f
 //! ```
 //!
-//! and later forecasts are `c + k u`. It says nothing of the step, nor of gaps: those the network knows.
+//! and later forecasts are `c + k u`. It says nothing of the step, nor of the first second of a gap: those the network
+//! knows. A longer gap bends as a forecast does ([`Target::bend`]): for targets that go straight on where the network's
+//! turn back, `k` is near zero. What is open of `k`, the regression's variance `.3 / (1 + sum g u' u / tr P_f)`, stays open all the way
+//! and is added along `u`.
+//!
+//! [`Target::bend`]: super::target::Target::bend
 
 use super::state::{Covariance, State, position_variance};
 use super::steady::Steady;
@@ -46,6 +51,9 @@ pub const BEND_WHOLE: f64 = 1.0;
 /// Weight of the coefficient at the start: of one and two, which flights of our own could not tell
 /// apart, the sooner learned (docs/method.md).
 const BEND_PRIOR: f32 = 1.0;
+/// Variance of the coefficient at the start; of .1, .3 and 1 the one that costs built-in flights least for what it is worth
+/// to those that go straight on (docs/method.md).
+const BEND_VARIANCE: f32 = 0.3;
 /// What is left of earlier comparisons of what acceleration adds at the next: the last ten seconds count.
 /// Targets change what they are about sooner than how well they are known.
 const BEND_KEPT: f32 = 0.9;
@@ -216,21 +224,9 @@ impl Foresight {
         ((BEND_PRIOR * prior + self.followed) / (BEND_PRIOR + self.bent)).clamp(BEND.0, BEND.1)
     }
 
-    /// Bends a forecast for `time_s` after a target was at `now` by as much of its own as earlier ones came
-    /// true with, of which `prior` is known beforehand.
-    pub fn bend_by(&self, state: &mut State<f32>, now: &Steady, time_s: f32, prior: f32) {
-        let bend = self.bend(prior);
-        let position_m = now.after(time_s);
-        for axis in 0..3 {
-            let velocity = now.velocity_mps[axis];
-            for (i, steady) in [
-                (axis, position_m[axis]),
-                (3 + axis, velocity),
-                (6 + axis, 0.0),
-            ] {
-                state[i] = steady + bend * (state[i] - steady);
-            }
-        }
+    /// Variance of that: the regression's, whose prior is [`BEND_VARIANCE`].
+    pub fn bend_variance(&self) -> f32 {
+        BEND_VARIANCE / (BEND_PRIOR + self.bent)
     }
 
     /// What the growth of a forecast's variance is multiplied with.

@@ -12,7 +12,9 @@ use crate::ekf::Corrected;
 use crate::measurement::Vectors;
 use crate::scalar::Scalar;
 
-/// Shorter steps count as one of this length where steps of a gap are counted, s.
+/// Shorter steps count as one of this length where steps of a gap are counted, s, and a manoeuvre may have begun this
+/// long ago whatever came since: nobody has seen it yet, and another sensor's reading just before, or at the same time, may
+/// have been too blunt to.
 const STEP_MIN_S: f64 = 0.05;
 
 /// Where the range-rate stands in a measurement's vectors.
@@ -73,7 +75,8 @@ impl<S: Scalar> Interval<S> {
     ) -> [S; 4] {
         let whitened = correct(&mut mixture.corrected, vectors, self.sensor_scale);
         mixture.begin(NOMINAL, odds[NOMINAL]);
-        let (unseen, time_s) = (self.unseen(), self.coast_s + self.dt_s);
+        let time_s = (self.coast_s + self.dt_s).max(S::constant(STEP_MIN_S));
+        let unseen = self.unseen();
         let one = S::constant(1.0);
         // One place for all of them: each would weigh on the stack.
         let mut part = Corrected::new();
@@ -142,6 +145,35 @@ mod tests {
     #[test]
     fn a_manoeuvre_may_have_been_in_the_gap() {
         assert_weighed(0.6, 4.0, 1.0);
+    }
+
+    /// At the time of another reading, which may have been too blunt to see it.
+    #[test]
+    fn a_manoeuvre_may_have_begun_just_before() {
+        let at_once = Interval {
+            dt_s: 0.0,
+            ..interval(0.0)
+        };
+        let soon = Interval {
+            dt_s: STEP_MIN_S,
+            ..interval(0.0)
+        };
+        let vectors = Vectors::whole(expected().map(|x| x + 0.5), [0.05, 0.04, 2.0, 0.3]);
+        let weighed = |interval: &Interval<f64>| {
+            let mut mixture = Mixture::before(&STATE, &covariance());
+            let odds = [0.4, 0.3, 0.2, 0.1];
+            let hypotheses = &Hypotheses::DRONE;
+            interval.weigh(
+                &STATE,
+                &covariance(),
+                &vectors,
+                hypotheses,
+                &odds,
+                &mut mixture,
+            );
+            mixture.shares
+        };
+        assert_eq!(weighed(&at_once), weighed(&soon));
     }
 
     #[test]

@@ -135,14 +135,13 @@ pub fn elevation<S: Scalar>(vectors: &Vectors<S>, population: &Population<S>) ->
 }
 
 /// Mean and variance of the product of a prior and, if present, a measurement, both Gaussians given
-/// by mean and standard deviation. Beyond [`SURPRISE_MAX`] the prior widens with the square of the
+/// by mean and standard deviation. Beyond [`SURPRISE_MAX`] the prior widens until the measurement is no greater
 /// surprise, and soon says nothing.
 fn fuse<S: Scalar>(prior: (S, S), measured: (S, S), present: S) -> (S, S) {
     let measured_variance = measured.1 * measured.1;
     let apart = measured.0 - prior.0;
-    let surprise = present * apart * apart / (prior.1 * prior.1 + measured_variance);
-    let widen = (surprise / S::constant(SURPRISE_MAX)).max(S::constant(1.0));
-    let prior_variance = prior.1 * prior.1 * widen * widen;
+    let explained = apart * apart / S::constant(SURPRISE_MAX) - measured_variance;
+    let prior_variance = (prior.1 * prior.1).max(present * explained);
     let weight = present * prior_variance / (prior_variance + measured_variance);
     let left = S::constant(1.0) - present;
     (
@@ -211,6 +210,19 @@ mod tests {
             let (state, _) = start(&vectors, &Population::PAPER);
             let got = state[..3].iter().map(|x| x * x).sum::<f64>().sqrt();
             assert!((got - range).abs() < 0.05, "{range} {got}");
+        }
+    }
+
+    /// Blunt, but too far away to be of the population: what is said of it is honest.
+    #[test]
+    fn a_blunt_range_far_from_the_population_is_believed() {
+        for (range, sigma) in [(500.0, 100.0), (900.0, 100.0), (2000.0, 300.0)] {
+            let vectors = Vectors::whole([0.4, 0.0, range, 0.0], [1e-3, 1e-3, sigma, 0.05]);
+            let (state, covariance) = start(&vectors, &Population::PAPER);
+            let got = state[..3].iter().map(|x| x * x).sum::<f64>().sqrt();
+            let deviation = (0..3).map(|i| covariance[i][i]).sum::<f64>().sqrt();
+            assert!((got - range).abs() < 3.0 * deviation, "{got} {deviation}");
+            assert!(deviation < sigma);
         }
     }
 
@@ -299,8 +311,13 @@ mod tests {
         let Some((value, sigma)) = measured else {
             return (prior.0, prior.1.powi(2));
         };
-        let surprise = (value - prior.0).powi(2) / (prior.1.powi(2) + sigma.powi(2));
-        let widened = prior.1 * f64::max(1.0, surprise / 9.0);
+        // As wide as leaves it three deviations away.
+        let away = (value - prior.0).abs();
+        let widened = if away > 3.0 * prior.1.hypot(sigma) {
+            ((away / 3.0).powi(2) - sigma.powi(2)).sqrt()
+        } else {
+            prior.1
+        };
         let (a, b) = (widened.powi(-2), sigma.powi(-2));
         ((a * prior.0 + b * value) / (a + b), 1.0 / (a + b))
     }

@@ -2,6 +2,7 @@
 
 use core::slice::{from_mut, from_ref};
 
+use super::correction::GATE_NIS;
 use super::factor::Factor;
 use super::foresight::Foresight;
 use super::hypotheses::{HYPOTHESES, Hypotheses};
@@ -14,9 +15,10 @@ use super::schedule::Schedule;
 use super::sight::LineOfSight;
 use super::start::{at_rest, place, start};
 use super::state::{Covariance, State, position_variance};
-use crate::cholesky::make_definite;
+use super::steady::Steady;
+use crate::cholesky::{cholesky, forward_substitute, make_definite};
 use crate::clock::seconds_between;
-use crate::ekf::Corrected;
+use crate::ekf::{Corrected, subtract_outer};
 use crate::estimate::{Doubt, Estimate, Mode, Motion, NIS_MAX, POSITION_SIGMA_MAX_M};
 use crate::measurement::{Channel, Measurement, RANGE_MAX_M, Vectors};
 use crate::radar;
@@ -108,6 +110,11 @@ impl Target {
         [self.state[3], self.state[4], self.state[5]]
     }
 
+    /// Acceleration, m/s^2.
+    pub fn acceleration(&self) -> [f32; 3] {
+        [self.state[6], self.state[7], self.state[8]]
+    }
+
     /// Sum of the position's variances, m^2.
     pub fn position_variance(&self) -> f32 {
         position_variance(&self.covariance)
@@ -123,37 +130,63 @@ impl Target {
         (0..3).map(squared).sum::<f32>() >= deviations * deviations * variance
     }
 
-    /// Takes its position, as the latest sensor sees it, from a whole measurement alone if the prediction is
-    /// blind: unsure by more than its distance from the sensor's vertical axis, where angles have no slope
-    /// that holds, and by more than twice what the measurement and the population leave. The curvature would
-    /// outweigh every such measurement, and the track would never find back. Velocity and acceleration stay,
-    /// as independent of the position, and the range-rate alone is left of the measurement. Returns whether it did.
+    /// Takes its place, as the latest sensor sees it, from a whole measurement if the prediction is blind: unsure by
+    /// more than its distance from the sensor's vertical axis, where angles have no slope that holds, and by more
+    /// than twice what the measurement and the population leave. The curvature would outweigh every such
+    /// measurement, and the track would never find back. The measurement is then a position (Kalman 1960), which tells of
+    /// velocity and acceleration what they have to do with the prediction's, and its range-rate alone is left. Returns the
+    /// normalised innovation squared of the place, zero for a target that is not blind; at the gate or beyond
+    /// nothing was taken.
     // Off the stack before the correction.
     #[inline(never)]
-    pub fn relocate(&mut self, vectors: &mut Vectors<f32>, population: &Population<f32>) -> bool {
+    pub fn relocate(&mut self, vectors: &mut Vectors<f32>, population: &Population<f32>) -> f32 {
         let [x_m, y_m] = [self.state[0], self.state[1]];
         let unsure_m2 = self.position_variance();
         let [elevation, azimuth, range, _] = vectors.present;
         if elevation * azimuth * range == 0.0 || unsure_m2 <= x_m * x_m + y_m * y_m {
-            return false;
+            return 0.0;
         }
         let (place_m, place_m2) = place(vectors, population);
         if unsure_m2 <= BLUNTER * (place_m2[0][0] + place_m2[1][1] + place_m2[2][2]) {
-            return false;
+            return 0.0;
         }
+        let block = |row: usize| [0, 1, 2].map(|column| self.covariance[row][column]);
+        let both = core::array::from_fn(|i| {
+            core::array::from_fn(|j| self.covariance[i][j] + place_m2[i][j])
+        });
+        let root = cholesky::<f32, 3>(&both);
+        let apart = core::array::from_fn(|axis| place_m[axis] - self.state[axis]);
+        let whitened = forward_substitute(&root, apart);
+        let nis = whitened.iter().map(|w| w * w).sum::<f32>();
+        // Not a number would be a prediction that is none; it is not taken either.
+        if !(nis < GATE_NIS as f32) {
+            return nis.max(GATE_NIS as f32);
+        }
+        // From the place, which is far surer, the prediction takes little off; from the prediction's velocity and
+        // acceleration the place takes what they have in common.
+        let taken: [[f32; 3]; 9] = core::array::from_fn(|row| match place_m2.get(row) {
+            Some(&variances) => forward_substitute(&root, variances),
+            None => forward_substitute(&root, block(row)).map(|x| -x),
+        });
         for channel in 0..3 {
             vectors.miss(channel);
         }
         self.state[..3].copy_from_slice(&place_m);
         for (row, variances) in place_m2.iter().enumerate() {
-            // Nothing of a position and a velocity that were found together is left.
             self.covariance[row] = [0.0; 9];
             self.covariance[row][..3].copy_from_slice(variances);
             for column in 3..9 {
                 self.covariance[column][row] = 0.0;
             }
         }
-        true
+        for (k, whitened) in whitened.into_iter().enumerate() {
+            let column = taken.map(|row| row[k]);
+            for (value, taken) in self.state.iter_mut().zip(column) {
+                *value -= taken * whitened;
+            }
+            subtract_outer(&mut self.covariance, &column, &column);
+        }
+        nis.max(f32::MIN_POSITIVE)
     }
 
     /// Counts the position from this sensor, m.
@@ -193,6 +226,33 @@ impl Target {
     /// Fuses what the network says of the state with the prediction.
     pub fn fuse(&mut self, factor: &Factor<f32>, population: &Population<f32>, dt_s: f32) {
         factor.fuse(&mut self.state, &mut self.covariance, population, dt_s);
+    }
+
+    /// Bends where it is said to be `time_s` after it was at `before` by as much as its earlier forecasts came true with, of
+    /// which `prior` is known beforehand, and adds `open` times the variance of that along the bend. Of its acceleration
+    /// `kept_mps2` does not bend.
+    // Called for forecasts and for gaps: once in flash.
+    #[inline(never)]
+    pub fn bend(
+        &mut self,
+        (before, time_s): (&Steady, f32),
+        kept_mps2: [f32; 3],
+        prior: f32,
+        open: f32,
+    ) {
+        let bend = self.foresight.bend(prior);
+        let straight_m = before.after(time_s);
+        let mut bent = [0.0; 9];
+        for axis in 0..3 {
+            let steady = [straight_m[axis], before.velocity_mps[axis], kept_mps2[axis]];
+            for (i, steady) in [axis, 3 + axis, 6 + axis].into_iter().zip(steady) {
+                bent[i] = self.state[i] - steady;
+                self.state[i] = steady + bend * bent[i];
+            }
+        }
+        let variance = open * self.foresight.bend_variance();
+        let taken = bent.map(|bent| -variance * bent);
+        subtract_outer(&mut self.covariance, &taken, &bent);
     }
 
     /// Doubts a prediction that no measurement follows, or none that was used.
@@ -282,7 +342,7 @@ impl Target {
             doubt,
             motion: Some(Motion {
                 velocity_mps: self.velocity(),
-                acceleration_mps2: core::array::from_fn(|i| self.state[6 + i]),
+                acceleration_mps2: self.acceleration(),
                 covariance: *covariance,
             }),
         }

@@ -86,6 +86,9 @@ impl Step {
             target
                 .memory
                 .stepped(self.interval.dt_s, used, velocity, &self.notes);
+        } else if used {
+            // At the very time of a coast, or of a reading that was rejected: it ends the silence all the same.
+            target.memory.coast_s = 0.0;
         }
     }
 }
@@ -158,8 +161,8 @@ impl Recursive<'_, '_> {
     }
 
     /// Corrects the predicted target with a measurement within the gate, and doubts it otherwise; of one that
-    /// it was relocated by, the range-rate alone is left. `None` if that is beyond the gate: then neither place nor
-    /// velocity of the prediction is left, and the measurement cannot be called rejected.
+    /// it was relocated by, the range-rate alone is left. `None` if both together are beyond the gate: then neither
+    /// place nor velocity of the prediction is left, and the measurement cannot be called rejected.
     // The corrections are off the stack before the candidate's turn.
     #[inline(never)]
     fn compare(
@@ -169,17 +172,23 @@ impl Recursive<'_, '_> {
     ) -> Option<Comparison> {
         let target = &mut self.workspace.target;
         let mut vectors = Vectors::from(measurement);
-        let relocated = target.relocate(&mut vectors, &self.model.parameters.population);
+        let place_nis = target.relocate(&mut vectors, &self.model.parameters.population);
         let sensor_mps = measurement.sensor.velocity_mps;
         let hypotheses = &self.model.parameters.hypotheses;
         let odds = hypotheses.odds(&target.memory.counts);
-        let mut nis = NIS_MAX;
+        let (mut nis, mut relocated) = (NIS_MAX, false);
         target.relative_to(sensor_mps);
         let mut mixture = Mixture::new();
         mixture.corrected.begin(&target.state, &target.covariance);
-        if let Some(whitened) = target.weighed(&vectors, interval, hypotheses, &odds, &mut mixture)
+        if place_nis >= GATE_NIS as f32 {
+            // It lies beyond all that a blind prediction leaves open.
+            nis = place_nis;
+            target.memory.missed();
+        } else if let Some(whitened) =
+            target.weighed(&vectors, interval, hypotheses, &odds, &mut mixture)
         {
-            nis = mixture.corrected.nis;
+            relocated = place_nis > 0.0;
+            nis = mixture.corrected.nis + place_nis;
             if nis < GATE_NIS as f32 || odds[OUTLIER] < OFTEN_WRONG as f32 {
                 let whitened = whitened.map(|y| y.clamp(-WHITENED_MAX, WHITENED_MAX));
                 target.memory.measured(whitened, &vectors);
@@ -334,8 +343,9 @@ impl Recursive<'_, '_> {
         let interval_s = dt_s / f32::from(parts);
         let p = &self.model.parameters;
         let mut answer = Answer::of(&p.base);
+        let (sight, coast_s) = (target.sight(), self.unseen_s());
         let mut step = Step {
-            interval: answer.interval(target.sight(), interval_s, 0.0),
+            interval: answer.interval(sight, interval_s, coast_s),
             notes: answer.notes,
         };
         if interval_s <= 0.0 {
@@ -359,7 +369,15 @@ impl Recursive<'_, '_> {
                 self.foresee(start_us, &answer);
             }
             let target = &mut self.workspace.target;
+            let before = Steady::of(&target.state);
+            let silent_s = target.memory.coast_s + 0.5 * interval_s - AHEAD_S;
             target.predict(&sight, &answer.schedule, interval_s);
+            if silent_s > 0.0 {
+                // What is open of a bend is the same all the way, so that its variance grows with the square of the time.
+                let open = 2.0 * silent_s / interval_s;
+                let kept_mps2 = target.acceleration();
+                target.bend((&before, interval_s), kept_mps2, p.bend, open);
+            }
             if let Some(factor) = &answer.factor {
                 target.fuse(factor, &p.population, interval_s);
             }

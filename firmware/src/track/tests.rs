@@ -183,3 +183,78 @@ fn a_reset_track_is_a_new_one() {
         assert_eq!(flight(&mut track), first);
     }
 }
+
+/// A call that is refused leaves no trace, not in the random stream either: the track is the same to the byte.
+#[test]
+fn what_is_refused_leaves_no_trace() {
+    for (mut draft, outputs) in [
+        (Draft::recursive(3), 36),
+        (Draft::memoryless(&[12, 3], 3), 3),
+    ] {
+        let bytes = draft.bytes();
+        let model = Model::new(&bytes).expect("a blob");
+        // Another model, whose answers are not finite.
+        draft.outputs[..outputs].fill([3e38, 3e38]);
+        let bytes = draft.bytes();
+        let endless = Model::new(&bytes).expect("a blob");
+        let mut workspace = Workspace::new();
+        let settings = Settings {
+            inference: Inference::of_passes(4).expect("in range"),
+            ..Settings::of(model.blob())
+        };
+        let mut track = Track::new(&model, settings).expect("its own");
+        for step in 0..5 {
+            track
+                .step(&model, &mut workspace, &seen(3, step))
+                .expect("an estimate");
+        }
+        track.hand_over(&endless).expect("of its kind");
+        let written = |track: &Track| {
+            let mut bytes = [0; TRACK_SNAPSHOT_BYTES];
+            track.to_bytes(&mut bytes);
+            bytes
+        };
+        let before = written(&track);
+        let refused = track.step(&endless, &mut workspace, &seen(3, 6));
+        assert_eq!(refused, Err(StepError::NetworkNotFinite));
+        assert_eq!(written(&track), before);
+        if track.kind() == Kind::Recursive {
+            let refused = track.coast(&endless, &mut workspace, seen(3, 6).time_us);
+            assert_eq!(refused, Err(StepError::NetworkNotFinite));
+            assert_eq!(written(&track), before);
+        } else {
+            // After a strange time it would start anew, if it were not refused.
+            let strange = track.step(&endless, &mut workspace, &seen(3, 10_000));
+            assert!(matches!(strange, Err(StepError::TimeTooFarAhead { .. })));
+            let refused = track.step(&endless, &mut workspace, &seen(3, 10_001));
+            assert_eq!(refused, Err(StepError::NetworkNotFinite));
+            let time_us = seen(3, 6).time_us;
+            assert!(track.coast(&endless, &mut workspace, time_us).is_ok());
+        }
+    }
+}
+
+/// A track of which nothing is known any more is one that can be written and read.
+#[test]
+fn a_lost_track_comes_back_from_bytes() {
+    let bytes = Draft::memoryless(&[12, 3], 3).bytes();
+    let model = Model::new(&bytes).expect("a blob");
+    let mut workspace = Workspace::new();
+    let mut track = Track::new(&model, Settings::of(model.blob())).expect("its own");
+    for step in 0..5 {
+        track
+            .step(&model, &mut workspace, &seen(3, step))
+            .expect("an estimate");
+    }
+    let mut time_us = seen(3, 5).time_us;
+    while track.coast(&model, &mut workspace, time_us).is_ok() {
+        time_us += 60_000_000;
+    }
+    assert_eq!(
+        track.coast(&model, &mut workspace, time_us),
+        Err(StepError::NotStarted)
+    );
+    let mut bytes = [0; TRACK_SNAPSHOT_BYTES];
+    track.to_bytes(&mut bytes);
+    assert_eq!(Track::from_bytes(&bytes).map(|_| ()), Ok(()));
+}

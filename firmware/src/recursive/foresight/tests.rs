@@ -190,9 +190,6 @@ fn what_is_known_of_bends_is_the_prior() {
     bent(&mut foresight, 0.2);
     assert!((foresight.bend(0.4) - 0.55 / 1.75).abs() < 1e-6);
     let now = Steady::of(&at(8.0));
-    let mut state = at(14.0);
-    foresight.bend_by(&mut state, &now, 2.0, 0.4);
-    assert!((state[0] - (12.0 + 2.0 * 0.55 / 1.75)).abs() < 1e-5);
     // Where it comes true as it was known to, nothing is wrong with a forecast but its width.
     let mut known = Foresight::START;
     known.expect(0, &now, &at(12.0), &covariance(4.0));
@@ -232,22 +229,16 @@ fn bends_are_learned_from_bends_alone() {
     assert!((far.bend(1.0) - 1.0 / 26.0).abs() < 1e-6);
 }
 
-/// Position, velocity and acceleration, all of them by the same part.
+/// A regression's variance: open at the start, and less so by what comparisons weigh.
 #[test]
-fn a_bend_takes_off_a_part_of_the_acceleration() {
+fn bends_are_known_by_what_was_compared() {
     let mut foresight = Foresight::START;
+    assert!((foresight.bend_variance() - 0.3).abs() < 1e-7);
     bent(&mut foresight, 0.2);
-    let part = foresight.bend(1.0);
-    let now = Steady::of(&at(8.0));
-    let mut state = at(14.0);
-    (state[3], state[6], state[1]) = (5.0, 3.0, 1.0);
-    foresight.bend_by(&mut state, &now, 2.0, 1.0);
-    let near = |got: f32, expected: f32| assert!((got - expected).abs() < 1e-5, "{got}");
-    near(state[0], 12.0 + 2.0 * part);
-    near(state[1], part);
-    near(state[3], 2.0 + 3.0 * part);
-    near(state[6], 3.0 * part);
-    let (mut plain, before) = (at(14.0), at(14.0));
-    Foresight::START.bend_by(&mut plain, &now, 2.0, 1.0);
-    assert_eq!(plain, before);
+    assert!((foresight.bend_variance() - 0.3 / 1.75).abs() < 1e-7);
+    // What says nothing of bends leaves it.
+    let before = foresight.bend_variance() * 1.75;
+    met(&mut foresight, 5.0);
+    let kept = foresight.bend_variance() * (1.0 + 0.9 * 0.75);
+    assert!((kept - before).abs() < 1e-6);
 }

@@ -2,6 +2,7 @@ use super::*;
 use crate::measurement::Sensed;
 use crate::recursive::correction::correct_soundly;
 use crate::sensor::Sensor;
+use nalgebra::{SMatrix, SVector};
 
 fn population() -> Population<f32> {
     Population::PAPER.known()
@@ -371,7 +372,8 @@ fn a_blind_target_takes_its_place_from_a_measurement() {
     assert!(far(&corrected.state) > 3.0, "a correction does not find it");
 
     let mut vectors = Vectors::from(&overhead());
-    assert!(blinded.relocate(&mut vectors, &population()));
+    let nis = blinded.relocate(&mut vectors, &population());
+    assert!((0.0..1.0).contains(&nis) && nis > 0.0, "{nis}");
     let left = Measurement {
         elevation: None,
         azimuth: None,
@@ -403,7 +405,7 @@ fn a_blind_target_takes_its_place_from_a_measurement() {
 fn a_target_that_is_not_blind_keeps_its_place() {
     let kept = |mut target: Target, measurement: Measurement| {
         let (before, mut vectors) = (target, Vectors::from(&measurement));
-        !target.relocate(&mut vectors, &population())
+        target.relocate(&mut vectors, &population()) == 0.0
             && vectors == Vectors::from(&measurement)
             && (target.state, target.covariance) == (before.state, before.covariance)
     };
@@ -438,4 +440,104 @@ fn a_target_that_is_not_blind_keeps_its_place() {
     ] {
         assert!(kept(blind(), missing));
     }
+}
+
+/// What it takes is what Kalman's filter takes of a measured position, in double precision, and what is far beyond
+/// the prediction is not taken.
+#[test]
+fn a_blind_target_is_corrected_by_a_position() {
+    let mut before = blind();
+    for axis in 0..3 {
+        // Found together, as in a gap: position, velocity and acceleration.
+        for (block, common) in [(3, 9.0), (6, 2.0)] {
+            before.covariance[axis][block + axis] = common;
+            before.covariance[block + axis][axis] = common;
+        }
+    }
+    before.covariance[0][4] = 1.5;
+    before.covariance[4][0] = 1.5;
+    assert!(before.settle());
+    let (place_m, place_m2) = place(&Vectors::from(&overhead()), &population());
+    let prior = SMatrix::<f64, 9, 9>::from_fn(|i, j| before.covariance[i][j].into());
+    let seen = SMatrix::<f64, 3, 9>::identity();
+    let noise = SMatrix::<f64, 3, 3>::from_fn(|i, j| place_m2[i][j].into());
+    let apart = SVector::<f64, 3>::from_fn(|i, _| f64::from(place_m[i] - before.state[i]));
+    let both = (seen * prior * seen.transpose() + noise)
+        .try_inverse()
+        .expect("definite");
+    let gain = prior * seen.transpose() * both;
+    let moved = gain * apart;
+    let left = prior - gain * seen * prior;
+
+    let mut blinded = before;
+    let nis = blinded.relocate(&mut Vectors::from(&overhead()), &population());
+    let expected = (apart.transpose() * both * apart)[0];
+    assert!((f64::from(nis) - expected).abs() < 1e-4 * expected);
+    assert!(moved.rows(3, 6).amax() > 0.2, "the velocity is learned");
+    for i in 0..9 {
+        let got = f64::from(blinded.state[i] - before.state[i]);
+        assert!((got - moved[i]).abs() < 1e-4, "{i}");
+        for j in 0..9 {
+            let scale = (left[(i, i)] * left[(j, j)]).sqrt();
+            let got = f64::from(blinded.covariance[i][j]);
+            assert!((got - left[(i, j)]).abs() < 1e-3 * scale, "{i} {j}");
+        }
+    }
+
+    let mut elsewhere = before;
+    let mut vectors = Vectors::from(&Measurement {
+        range: sensed(300.0, 0.5),
+        ..overhead()
+    });
+    let unread = vectors;
+    assert!(elsewhere.relocate(&mut vectors, &population()) >= GATE_NIS as f32);
+    assert_eq!(vectors, unread);
+    assert_eq!(
+        (elsewhere.state, elsewhere.covariance),
+        (before.state, before.covariance)
+    );
+}
+
+/// Where it goes straight on, where it was said to be, and the part of the bend between them that came true; what is open
+/// of the part is open along the bend.
+#[test]
+fn a_bend_takes_a_part_of_what_was_said() {
+    let before = target();
+    let steady = Steady::of(&before.state);
+    let mut said = before;
+    for (value, by) in said
+        .state
+        .iter_mut()
+        .zip([3.0, 1.0, -2.0, 2.0, 0.5, -1.0, 3.0, 0.0, 1.0])
+    {
+        *value += by;
+    }
+    said.foresight.followed = 0.2;
+    said.foresight.bent = 1.0;
+    let part = said.foresight.bend(0.6);
+    assert!((part - 0.4).abs() < 1e-6);
+    let straight_m = steady.after(2.0);
+    for kept_mps2 in [[0.0; 3], said.acceleration()] {
+        let mut got = said;
+        got.bend((&steady, 2.0), kept_mps2, 0.6, 0.5);
+        let steady: [f32; 9] = core::array::from_fn(|i| match i / 3 {
+            0 => straight_m[i],
+            1 => before.state[i],
+            _ => kept_mps2[i - 6],
+        });
+        let bent: [f32; 9] = core::array::from_fn(|i| said.state[i] - steady[i]);
+        for i in 0..9 {
+            assert!((got.state[i] - (steady[i] + 0.4 * bent[i])).abs() < 1e-4);
+            for j in 0..9 {
+                let open = 0.5 * 0.15 * bent[i] * bent[j];
+                let added = got.covariance[i][j] - said.covariance[i][j];
+                assert!((added - open).abs() < 1e-4 * open.abs().max(1.0), "{i} {j}");
+            }
+        }
+    }
+    // Nothing is open of the first second of a forecast, and all of it comes true if nothing was learned.
+    let mut same = target();
+    let (state, covariance) = (same.state, same.covariance);
+    same.bend((&Steady::of(&state), 0.0), [0.0; 3], 1.0, 0.0);
+    assert_eq!((same.state, same.covariance), (state, covariance));
 }

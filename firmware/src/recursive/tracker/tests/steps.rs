@@ -106,3 +106,52 @@ fn hypotheses_look_back_over_what_nobody_saw() {
         assert!((step.interval.dt_s - 0.1).abs() < 1e-6);
     }
 }
+
+/// A measurement at the very time of a coast, or of another that was rejected, ends the silence.
+#[test]
+fn a_measurement_ends_the_silence_whatever_else_was_then() {
+    let bytes = constant([0.0; OUTPUTS]).bytes();
+    for ghost in [false, true] {
+        let mut tracker = started(&bytes);
+        for step in 1..=150 {
+            let time_us = 100_000 * step;
+            if ghost {
+                let seen = measurement(time_us, 60.0 + (step % 7 * 40) as f32, -2.0);
+                tracker.step(&seen, false).expect("an estimate");
+            } else {
+                tracker.coast(time_us).expect("a coast");
+            }
+            assert!(now(&tracker).memory.coast_s > 0.0);
+            let seen = measurement(time_us, 33.0, 0.5);
+            let estimate = tracker.step(&seen, false).expect("an estimate");
+            assert_eq!(estimate.mode, Mode::Tracking, "{step}");
+            assert_eq!(now(&tracker).memory.coast_s, 0.0);
+        }
+    }
+}
+
+/// Longer than a second without a measurement, accelerations go on as forecasts of them came true: not at all, and the
+/// target goes straight on. What is open of that is open along them.
+#[test]
+fn a_long_gap_bends_as_forecasts_came_true() {
+    let bytes = constant(outputs()).bytes();
+    let coasted = |followed: f32, bent: f32, time_s: f32| {
+        let mut tracker = started(&bytes);
+        let target = tracker.belief.target.as_mut().expect("a target");
+        target.state[3..].copy_from_slice(&[2.0, 1.0, 0.0, 0.5, -0.5, 0.25]);
+        (target.foresight.followed, target.foresight.bent) = (followed, bent);
+        // Nothing to be learned on the way.
+        target.foresight.close();
+        tracker.coast((1e6 * time_s) as u64).expect("a coast");
+        now(&tracker)
+    };
+    let (open, sure) = (coasted(0.0, 0.0, 1.0), coasted(-240.0, 240.0, 1.0));
+    assert_eq!((open.state, open.covariance), (sure.state, sure.covariance));
+    let (open, straight) = (coasted(0.0, 0.0, 4.0), coasted(-240.0, 240.0, 4.0));
+    let (later, late) = (straight.velocity(), sure.velocity());
+    // The factor takes what it takes of the velocity in both.
+    let turned: f32 = (0..3).map(|i| (open.velocity()[i] - late[i]).abs()).sum();
+    let kept: f32 = (0..3).map(|i| (later[i] - late[i]).abs()).sum();
+    assert!(kept < 0.5 * turned, "{kept} {turned}");
+    assert!(open.position_variance() > straight.position_variance());
+}
