@@ -235,7 +235,8 @@ fn times<S: Scalar, const N: usize>(matrix: &[[S; N]; N], x: &[S; N]) -> [S; N] 
     })
 }
 
-fn dot<S: Scalar, const N: usize>(a: &[S; N], b: &[S; N]) -> S {
+/// Inner product.
+pub(crate) fn dot<S: Scalar, const N: usize>(a: &[S; N], b: &[S; N]) -> S {
     let mut sum = a[0] * b[0];
     for k in 1..N {
         sum = sum + a[k] * b[k];

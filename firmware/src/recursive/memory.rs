@@ -73,16 +73,23 @@ impl<S: Scalar> Memory<S> {
     /// Takes in a measurement: its whitened innovation and the sensor's sigmas. Of a channel that
     /// was not present the innovation fades, and the rest stays what it was.
     pub fn measured(&mut self, whitened: [S; 4], vectors: &Vectors<S>) {
-        let c = S::constant;
-        for i in 0..4 {
-            let (present, y) = (vectors.present[i], whitened[i]);
-            let blend = |from: S, to: S, weight: S| from + weight * present * (to - from);
-            self.innovation[i] = present * y + (c(1.0) - present) * c(0.8) * self.innovation[i];
-            self.drift[i] = blend(self.drift[i], y.clamp(-5.0, 5.0), c(0.15));
-            self.squares[i] = blend(self.squares[i], (y * y).min(c(25.0)), c(0.1));
-            self.ln_sigmas[i] =
-                present * vectors.sigmas[i].ln() + (c(1.0) - present) * self.ln_sigmas[i];
+        for (channel, y) in whitened.into_iter().enumerate() {
+            self.heard(channel, y, vectors);
         }
+    }
+
+    /// Takes in one channel.
+    // Once in flash, not four times.
+    #[inline(never)]
+    fn heard(&mut self, channel: usize, y: S, vectors: &Vectors<S>) {
+        let (c, i) = (S::constant, channel);
+        let present = vectors.present[i];
+        let absent = c(1.0) - present;
+        let blend = |from: S, to: S, weight: S| from + weight * present * (to - from);
+        self.innovation[i] = present * y + absent * c(0.8) * self.innovation[i];
+        self.drift[i] = blend(self.drift[i], y.clamp(-5.0, 5.0), c(0.15));
+        self.squares[i] = blend(self.squares[i], (y * y).min(c(25.0)), c(0.1));
+        self.ln_sigmas[i] = present * vectors.sigmas[i].ln() + absent * self.ln_sigmas[i];
     }
 
     /// Counts a measurement that no hypothesis explained: it was wrong.
@@ -111,7 +118,7 @@ impl<S: Scalar> Memory<S> {
         self.age_s = self.age_s + dt_s;
         for (mean, time_s) in self.velocity_means.iter_mut().zip(MEAN_TIMES_S) {
             // A plain mean until the flight is older than the time constant.
-            let weight = fading(dt_s, time_s).max(dt_s / self.age_s);
+            let weight = fading(dt_s, S::constant(time_s)).max(dt_s / self.age_s);
             for (mean, velocity) in mean.iter_mut().zip(velocity) {
                 *mean = *mean + weight * (velocity - *mean);
             }
@@ -122,14 +129,22 @@ impl<S: Scalar> Memory<S> {
     /// Takes in the network's outputs for the notes alone.
     pub fn noted(&mut self, dt_s: S, notes: &[S]) {
         for ((kept, &note), time_s) in self.notes.iter_mut().zip(notes).zip(NOTE_TIMES_S) {
-            *kept = *kept + fading(dt_s, time_s) * (note.tanh() - *kept);
+            *kept = noted(*kept, note, dt_s, S::constant(time_s));
         }
     }
 }
 
+/// A note after the network has written it again.
+// Nine times a step, once in flash.
+#[inline(never)]
+fn noted<S: Scalar>(kept: S, note: S, dt_s: S, time_s: S) -> S {
+    kept + fading(dt_s, time_s) * (note.tanh() - kept)
+}
+
 /// Weight of the newest value in a running mean with a time constant.
-fn fading<S: Scalar>(dt_s: S, time_s: f64) -> S {
-    -((-dt_s / S::constant(time_s)).exp_m1())
+#[inline(never)]
+fn fading<S: Scalar>(dt_s: S, time_s: S) -> S {
+    -((-dt_s / time_s).exp_m1())
 }
 
 #[cfg(test)]

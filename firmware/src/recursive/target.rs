@@ -4,7 +4,7 @@ use core::slice::{from_mut, from_ref};
 
 use super::correction::GATE_NIS;
 use super::factor::Factor;
-use super::foresight::Foresight;
+use super::foresight::{AHEAD_S, Foresight};
 use super::hypotheses::{HYPOTHESES, Hypotheses};
 use super::interval::Interval;
 use super::memory::Memory;
@@ -18,7 +18,7 @@ use super::state::{Covariance, State, position_variance};
 use super::steady::Steady;
 use crate::cholesky::{cholesky, forward_substitute, make_definite};
 use crate::clock::seconds_between;
-use crate::ekf::{Corrected, subtract_outer};
+use crate::ekf::{Corrected, dot, subtract_outer};
 use crate::estimate::{Doubt, Estimate, Mode, Motion, NIS_MAX, POSITION_SIGMA_MAX_M};
 use crate::measurement::{Channel, Measurement, RANGE_MAX_M, Vectors};
 use crate::radar;
@@ -150,41 +150,49 @@ impl Target {
         if unsure_m2 <= BLUNTER * (place_m2[0][0] + place_m2[1][1] + place_m2[2][2]) {
             return 0.0;
         }
-        let block = |row: usize| [0, 1, 2].map(|column| self.covariance[row][column]);
-        let both = core::array::from_fn(|i| {
-            core::array::from_fn(|j| self.covariance[i][j] + place_m2[i][j])
-        });
-        let root = cholesky::<f32, 3>(&both);
-        let apart = core::array::from_fn(|axis| place_m[axis] - self.state[axis]);
+        let mut both = place_m2;
+        let mut apart = place_m;
+        for (row, (sum, apart)) in both.iter_mut().zip(&mut apart).enumerate() {
+            *apart -= self.state[row];
+            for (sum, variance) in sum.iter_mut().zip(self.covariance[row]) {
+                *sum += variance;
+            }
+        }
+        let root = cholesky(&both);
         let whitened = forward_substitute(&root, apart);
-        let nis = whitened.iter().map(|w| w * w).sum::<f32>();
+        let nis = dot(&whitened, &whitened);
         // Not a number would be a prediction that is none; it is not taken either.
         if !(nis < GATE_NIS as f32) {
             return nis.max(GATE_NIS as f32);
         }
-        // From the place, which is far surer, the prediction takes little off; from the prediction's velocity and
-        // acceleration the place takes what they have in common.
-        let taken: [[f32; 3]; 9] = core::array::from_fn(|row| match place_m2.get(row) {
-            Some(&variances) => forward_substitute(&root, variances),
-            None => forward_substitute(&root, block(row)).map(|x| -x),
-        });
         for channel in 0..3 {
             vectors.miss(channel);
         }
-        self.state[..3].copy_from_slice(&place_m);
-        for (row, variances) in place_m2.iter().enumerate() {
-            self.covariance[row] = [0.0; 9];
-            self.covariance[row][..3].copy_from_slice(variances);
-            for column in 3..9 {
-                self.covariance[column][row] = 0.0;
-            }
+        // From the place, which is far surer, the prediction takes little off; from the prediction's velocity and
+        // acceleration the place takes what they have in common.
+        let mut taken = [[0.0; 3]; 9];
+        for (row, taken) in taken.iter_mut().enumerate() {
+            let common = match place_m2.get(row) {
+                Some(&variances) => {
+                    self.state[row] = place_m[row];
+                    variances
+                }
+                None => [0, 1, 2].map(|column| -self.covariance[row][column]),
+            };
+            *taken = forward_substitute(&root, common);
+            self.state[row] -= dot(taken, &whitened);
         }
-        for (k, whitened) in whitened.into_iter().enumerate() {
-            let column = taken.map(|row| row[k]);
-            for (value, taken) in self.state.iter_mut().zip(column) {
-                *value -= taken * whitened;
+        for row in 0..9 {
+            for column in 0..=row {
+                let left = match place_m2.get(row) {
+                    Some(variances) => variances[column],
+                    None if column < 3 => 0.0,
+                    None => self.covariance[row][column],
+                };
+                let left = left - dot(&taken[row], &taken[column]);
+                self.covariance[row][column] = left;
+                self.covariance[column][row] = left;
             }
-            subtract_outer(&mut self.covariance, &column, &column);
         }
         nis.max(f32::MIN_POSITIVE)
     }
@@ -223,6 +231,27 @@ impl Target {
         predict(&mut self.state, &mut self.covariance, sight, schedule, dt_s);
     }
 
+    /// [`Target::predict`] for a track, of whose bends `prior` is known beforehand: what lies more than [`AHEAD_S`] after the
+    /// last measurement bends as a forecast does.
+    // Off the stack before the network is asked again.
+    #[inline(never)]
+    pub fn go_on(
+        &mut self,
+        sight: &LineOfSight<f32>,
+        schedule: &Schedule<f32>,
+        dt_s: f32,
+        prior: f32,
+    ) {
+        let before = Steady::of(&self.state);
+        self.predict(sight, schedule, dt_s);
+        let late_s = self.memory.coast_s + 0.5 * dt_s - AHEAD_S;
+        if late_s > 0.0 {
+            // What is open of a bend is the same all the way: its variance grows with the square of the time.
+            let kept_mps2 = self.acceleration();
+            self.bend((&before, dt_s), kept_mps2, prior, 2.0 * late_s / dt_s);
+        }
+    }
+
     /// Fuses what the network says of the state with the prediction.
     pub fn fuse(&mut self, factor: &Factor<f32>, population: &Population<f32>, dt_s: f32) {
         factor.fuse(&mut self.state, &mut self.covariance, population, dt_s);
@@ -250,9 +279,11 @@ impl Target {
                 self.state[i] = steady + bend * bent[i];
             }
         }
-        let variance = open * self.foresight.bend_variance();
-        let taken = bent.map(|bent| -variance * bent);
-        subtract_outer(&mut self.covariance, &taken, &bent);
+        if open > 0.0 {
+            let variance = open * self.foresight.bend_variance();
+            let taken = bent.map(|bent| -variance * bent);
+            subtract_outer(&mut self.covariance, &taken, &bent);
+        }
     }
 
     /// Doubts a prediction that no measurement follows, or none that was used.

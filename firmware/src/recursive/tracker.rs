@@ -369,15 +369,7 @@ impl Recursive<'_, '_> {
                 self.foresee(start_us, &answer);
             }
             let target = &mut self.workspace.target;
-            let before = Steady::of(&target.state);
-            let silent_s = target.memory.coast_s + 0.5 * interval_s - AHEAD_S;
-            target.predict(&sight, &answer.schedule, interval_s);
-            if silent_s > 0.0 {
-                // What is open of a bend is the same all the way, so that its variance grows with the square of the time.
-                let open = 2.0 * silent_s / interval_s;
-                let kept_mps2 = target.acceleration();
-                target.bend((&before, interval_s), kept_mps2, p.bend, open);
-            }
+            target.go_on(&sight, &answer.schedule, interval_s, p.bend);
             if let Some(factor) = &answer.factor {
                 target.fuse(factor, &p.population, interval_s);
             }

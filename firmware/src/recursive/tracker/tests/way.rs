@@ -62,14 +62,8 @@ pub(super) fn predicted(track: &mut Target, way: &Way, parts: usize, dt_s: f32) 
         if let Some(interval) = &interval {
             doubted(track, interval, way);
         }
-        let (sight, before) = (track.sight(), Steady::of(&track.state));
-        track.predict(&sight, &way.schedule, dt_s);
-        // Of what lies more than a second after the last measurement.
-        let late_s = track.memory.coast_s + 0.5 * dt_s - 1.0;
-        if late_s > 0.0 {
-            let acceleration = track.acceleration();
-            track.bend((&before, dt_s), acceleration, p.bend, 2.0 * late_s / dt_s);
-        }
+        let sight = track.sight();
+        track.go_on(&sight, &way.schedule, dt_s, p.bend);
         if let Some(factor) = &way.factor {
             track.fuse(factor, &p.population, dt_s);
         }
