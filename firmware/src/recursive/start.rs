@@ -9,6 +9,9 @@ use crate::scalar::Scalar;
 
 /// Squared deviations from the population up to which its prior is believed.
 const SURPRISE_MAX: f64 = 9.0;
+/// Squared deviations from the population at which a target is likelier elsewhere: a normal density is 3e-4 of its
+/// peak there, one target in three thousand.
+const ELSEWHERE: f64 = 16.0;
 /// Largest half-spread of an angle's sigma points, rad: beyond it they would come round again.
 const ANGLE_SPREAD_MAX_RAD: f64 = core::f64::consts::FRAC_PI_2;
 /// Least variance of a position component, m^2.
@@ -135,13 +138,17 @@ pub fn elevation<S: Scalar>(vectors: &Vectors<S>, population: &Population<S>) ->
 }
 
 /// Mean and variance of the product of a prior and, if present, a measurement, both Gaussians given
-/// by mean and standard deviation. Beyond [`SURPRISE_MAX`] the prior widens until the measurement is no greater
-/// surprise, and soon says nothing.
+/// by mean and standard deviation. Beyond [`SURPRISE_MAX`] the prior widens with the square of the
+/// surprise, and soon says nothing; beyond [`ELSEWHERE`], where a blunt measurement is hardly of the population any
+/// more, until it is two deviations away.
 fn fuse<S: Scalar>(prior: (S, S), measured: (S, S), present: S) -> (S, S) {
     let measured_variance = measured.1 * measured.1;
     let apart = measured.0 - prior.0;
-    let explained = apart * apart / S::constant(SURPRISE_MAX) - measured_variance;
-    let prior_variance = (prior.1 * prior.1).max(present * explained);
+    let surprise = present * apart * apart / (prior.1 * prior.1 + measured_variance);
+    let widen = (surprise / S::constant(SURPRISE_MAX)).max(S::constant(1.0));
+    let elsewhere = (surprise - S::constant(ELSEWHERE)).step();
+    let explained = S::constant(0.25) * apart * apart - measured_variance;
+    let prior_variance = (prior.1 * prior.1 * widen * widen).max(elsewhere * explained);
     let weight = present * prior_variance / (prior_variance + measured_variance);
     let left = S::constant(1.0) - present;
     (
@@ -311,13 +318,13 @@ mod tests {
         let Some((value, sigma)) = measured else {
             return (prior.0, prior.1.powi(2));
         };
-        // As wide as leaves it three deviations away.
         let away = (value - prior.0).abs();
-        let widened = if away > 3.0 * prior.1.hypot(sigma) {
-            ((away / 3.0).powi(2) - sigma.powi(2)).sqrt()
-        } else {
-            prior.1
-        };
+        let surprise = (away / prior.1.hypot(sigma)).powi(2);
+        let mut widened = prior.1 * f64::max(1.0, surprise / 9.0);
+        if surprise > 16.0 {
+            // As wide as leaves it two deviations away.
+            widened = widened.max((0.25 * away * away - sigma * sigma).sqrt());
+        }
         let (a, b) = (widened.powi(-2), sigma.powi(-2));
         ((a * prior.0 + b * value) / (a + b), 1.0 / (a + b))
     }
@@ -334,6 +341,7 @@ mod tests {
             ([0.4, -2.0, 30.0, 1.2], [0.02, 0.03, 2.0, 0.4], all),
             ([-0.6, 2.5, 90.0, -14.0], [0.02, 0.03, 2.0, 0.4], all),
             ([0.9, 1.0, 25.0, 0.5], [0.9, 1.0, 9.0, 1e-4], all),
+            ([0.9, 1.0, 500.0, 0.5], [0.1, 0.1, 100.0, 1.0], all),
             ([0.9, 1.0, 25.0, -9.0], [0.9, 1.0, 9.0, 1e-4], all),
             (
                 [0.4, 1.0, 30.0, 0.7],
