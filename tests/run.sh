@@ -7,10 +7,18 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 bash tests/setup.sh
 export CARGO_TERM_COLOR="${CARGO_TERM_COLOR:-never}"
 
+# Of what is named, or of everything.
+packages=(--workspace)
+for argument in "$@"; do
+    case "$argument" in -p | --package | -p=* | --package=*) packages=() ;; esac
+done
+
 if cargo nextest --version >/dev/null 2>&1; then
-    cargo nextest run --locked --workspace --no-fail-fast "$@"
-    # nextest leaves the examples in the documentation out.
-    cargo test --locked --workspace --doc
+    cargo nextest run --locked "${packages[@]}" --no-fail-fast "$@"
+    if (($# == 0)); then
+        # nextest leaves the examples in the documentation out.
+        cargo test --locked --workspace --doc
+    fi
 else
-    cargo test --locked --workspace --no-fail-fast "$@"
+    cargo test --locked "${packages[@]}" --no-fail-fast "$@"
 fi

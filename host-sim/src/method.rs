@@ -1,5 +1,6 @@
 //! The methods under test and their names.
 
+use bnkf::blob::Kind;
 use clap::ValueEnum;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
@@ -93,6 +94,18 @@ impl Method {
             self,
             Self::Bnn | Self::Bnkf | Self::Bnkfe | Self::BnkfMoments | Self::BnkfeMoments
         )
+    }
+
+    /// Kind of the blob that it runs on, and how many networks that holds; filters run on none.
+    pub const fn model(self) -> Option<(Kind, usize)> {
+        match self {
+            Self::Bnn | Self::Bnkf | Self::BnkfMoments => Some((Kind::Memoryless, 1)),
+            Self::Bnkfe | Self::BnkfeMoments => Some((Kind::Memoryless, 3)),
+            Self::Recursive | Self::RecursiveMoments | Self::RecursiveTuned => {
+                Some((Kind::Recursive, 1))
+            }
+            _ => None,
+        }
     }
 
     /// Whether it asks its networks for their moments, whatever the number of passes.

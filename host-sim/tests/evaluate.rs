@@ -132,6 +132,14 @@ fn what_cannot_be_read_is_named_with_file_and_line() {
         "ekf,ekf",
     ]));
     assert!(error.contains("EKF is named twice"), "{error}");
+    let source: [&[&str]; 2] = [&["--flights", path], &["--quick"]];
+    for source in source {
+        let recursive = concat!(env!("CARGO_MANIFEST_DIR"), "/../models/recursive.bnkf");
+        let mut arguments = vec!["evaluate", "--methods", "ekf", "--model", recursive];
+        arguments.extend(source);
+        let error = complaint(&host_sim(&arguments));
+        assert!(error.contains("none of --methods runs on it"), "{error}");
+    }
     let error = complaint(&host_sim(&[
         "evaluate",
         "--flights",

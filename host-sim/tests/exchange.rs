@@ -347,6 +347,18 @@ fn plots_that_cannot_be_used_are_named() {
             "`sensor_x_m`, but not `sensor_y_m`",
         ),
         ("time_s,range_m,sigma_range_m\n", "no rows"),
+        (
+            "time_s,time_us,range_m,sigma_range_m\n0,0,1,1\n",
+            "both `time_us` and `time_s`",
+        ),
+        (
+            "time_s,range_m,sigma_range_m\n0,1,1\n1,1,1\n",
+            "nothing was tracked: line 2: ",
+        ),
+        (
+            "time_s,range_m,sigma_range_m,range_rate\n0,1,1,1\n",
+            "columns that are not read: `range_rate`",
+        ),
     ];
     for (text, expected) in cases {
         std::fs::write(&path, text).unwrap();
@@ -370,7 +382,7 @@ fn plots_that_cannot_be_used_are_named() {
     )
     .unwrap();
     let out = folder.path().join("o");
-    run(&[
+    let said = run(&[
         "track",
         "--readings",
         path.to_str().unwrap(),
@@ -382,6 +394,10 @@ fn plots_that_cannot_be_used_are_named() {
     let rows = rows(&out.join("estimates.csv"));
     assert_eq!(rows[0]["mode"], "started");
     assert!(rows[1]["refused"].contains("range"), "{rows:?}");
+    assert!(
+        said.contains("first refused: line 3: measurement: range"),
+        "{said}"
+    );
 }
 
 /// FilterPy from a script of forty lines, outside the project.

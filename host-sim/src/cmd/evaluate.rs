@@ -21,7 +21,7 @@ use crate::campaign::fold_kit::TUNING_SEED;
 use crate::campaign::shard::Shard;
 use crate::campaign::work_folder::{Role, WorkFolderError};
 use crate::contest::fold::FoldError;
-use crate::contest::model::ModelError;
+use crate::contest::model::{Model, ModelError};
 use crate::contest::own_filter::OwnFilter;
 use crate::contest::roster::RosterError;
 use crate::method::Method;
@@ -195,6 +195,9 @@ pub enum EvaluateError {
     /// A blob that every fold trains for itself.
     #[error("{0}: every fold trains its memoryless networks; --model takes recursive blobs here")]
     TrainedHere(PathBuf),
+    /// A blob that no method runs on.
+    #[error("{0}: none of --methods runs on it")]
+    Unused(PathBuf),
     /// A method that the scenario's radars are too much for.
     #[error("method {0} knows one radar at rest in the origin only, and this scenario has others")]
     NeedsOrigin(Method),
@@ -302,6 +305,17 @@ pub fn scenario(args: &Subject) -> Result<Scenario, ScenarioError> {
 }
 
 /// The methods that were named, else `default`; then those from outside.
+/// A blob of --model, which some method must run on.
+fn model_for(path: &Path, methods: &[Method]) -> Result<Model, EvaluateError> {
+    let model = Model::read(path)?;
+    let own = Some((model.blob().kind(), model.blob().network_count()));
+    if methods.iter().any(|method| method.model() == own) {
+        Ok(model)
+    } else {
+        Err(EvaluateError::Unused(path.to_owned()))
+    }
+}
+
 fn methods_or(args: &Args, default: &[Method], own: &[OwnFilter]) -> Vec<Method> {
     let named = if args.methods.is_empty() {
         default

@@ -11,9 +11,9 @@ use crate::contest::default_models;
 use crate::contest::model::{Model, ModelError};
 use crate::csv_text::CsvText;
 use crate::exchange::columns::TableError;
-use crate::exchange::plots::{self, StatedSigmas};
+use crate::exchange::plots::{self, Plots, StatedSigmas};
 use crate::exchange::self_consistency::{SelfConsistency, modes};
-use crate::exchange::tracked;
+use crate::exchange::tracked::{self, Refusal};
 use crate::output_folder::{self, OutputFolderError};
 use crate::plot::track_figure;
 
@@ -74,6 +74,14 @@ pub enum TrackError {
     /// A file cannot be written.
     #[error(transparent)]
     Write(#[from] AtomicWriteError),
+    /// Every plot was refused; results are there, and say so.
+    #[error("{}: nothing was tracked: {first}", file.display())]
+    Nothing {
+        /// The plots.
+        file: PathBuf,
+        /// The first that was.
+        first: Refusal,
+    },
     /// Standard output was closed.
     #[error("standard output: {0}")]
     Output(#[from] std::io::Error),
@@ -100,9 +108,13 @@ pub fn run(args: &Args) -> Result<(), TrackError> {
         angle_rad: args.sigma_angle_rad,
         range_rate_mps: args.sigma_range_rate_mps,
     };
-    let targets = plots::read(&args.readings, sigmas)?;
+    let Plots { targets, unread } = plots::read(&args.readings, sigmas)?;
+    if !unread.is_empty() {
+        let names = unread.join("`, `");
+        eprintln!("note: columns that are not read: `{names}`");
+    }
     let (mut text, mut said) = (CsvText::new(&tracked::HEADER), String::new());
-    let mut figure = None;
+    let (mut figure, mut refusal, mut tracked_any) = (None, None, false);
     for target in &targets {
         let answers = tracked::run(&model, settings, target)?;
         text.add(answers.iter().map(|answer| answer.row(&target.name)));
@@ -114,6 +126,12 @@ pub fn run(args: &Args) -> Result<(), TrackError> {
             &target.name
         };
         said += &format!("{name}: {}; {consistency}\n", modes(&answers));
+        let mut refused = answers.iter().filter_map(Refusal::of);
+        if let Some(first) = refused.next() {
+            said += &format!("first refused: {first}\n");
+            refusal.get_or_insert(first);
+        }
+        tracked_any |= answers.iter().any(|answer| answer.estimate.is_ok());
         figure.get_or_insert_with(|| track_figure::draw(&target.name, &answers));
     }
     let estimates = args.out.join(ESTIMATES);
@@ -125,5 +143,11 @@ pub fn run(args: &Args) -> Result<(), TrackError> {
         said += &format!("{}\n", path.display());
     }
     std::io::stdout().write_all(said.as_bytes())?;
-    Ok(())
+    match refusal {
+        Some(first) if !tracked_any => {
+            let file = args.readings.clone();
+            Err(TrackError::Nothing { file, first })
+        }
+        _ => Ok(()),
+    }
 }

@@ -114,6 +114,11 @@ impl Table {
         })
     }
 
+    /// Names of all columns.
+    pub fn names(&self) -> &[String] {
+        &self.header
+    }
+
     /// Place of a column, if there is one of that name.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.header.iter().position(|other| other == name)

@@ -6,7 +6,7 @@
 //! outside; `sensor_x_m,sensor_y_m,sensor_z_m` and `sensor_vx_mps,sensor_vy_mps,sensor_vz_mps` where the
 //! radar is not at rest in the origin; `late_s`, how long after its time it came. A row without any channel asks
 //! for an estimate in a gap. Rows of several targets have a column `flight`, and what else tells them apart:
-//! `noise_table`, `noise`, `rate`. Others are ignored.
+//! `noise_table`, `noise`, `rate`. Others are not read, and said to be.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -16,6 +16,7 @@ use bnkf_model_export::radar::pose::Pose;
 use bnkf_model_export::radar::reading::Reading;
 
 use super::columns::{Row, Table, TableCause, TableError};
+use super::readings;
 
 /// Columns that tell targets apart.
 const NAMES: [&str; 4] = ["flight", "noise_table", "noise", "rate"];
@@ -31,6 +32,15 @@ pub struct StatedSigmas {
     pub angle_rad: Option<f64>,
     /// Of the range-rate, metres per second.
     pub range_rate_mps: Option<f64>,
+}
+
+/// What a file holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plots {
+    /// In the order in which they appear.
+    pub targets: Vec<Target>,
+    /// Columns that mean nothing here: somebody else's, or names that are not quite right.
+    pub unread: Vec<String>,
 }
 
 /// What a radar said of one target.
@@ -98,13 +108,14 @@ struct Columns {
     late: Option<usize>,
 }
 
-/// Reads a file; targets in the order in which they appear.
+/// Reads a file.
 ///
 /// # Errors
 /// The file is no such table.
-pub fn read(path: &Path, sigmas: StatedSigmas) -> Result<Vec<Target>, TableError> {
+pub fn read(path: &Path, sigmas: StatedSigmas) -> Result<Plots, TableError> {
     let mut table = Table::open(path)?;
     let columns = Columns::of(&table, sigmas)?;
+    let unread = unread(&table);
     let mut targets: Vec<Target> = Vec::new();
     let mut places: HashMap<String, usize> = HashMap::new();
     let mut start_s = None;
@@ -136,13 +147,31 @@ pub fn read(path: &Path, sigmas: StatedSigmas) -> Result<Vec<Target>, TableError
             target.plots.sort_by_key(came_us);
         }
     }
-    Ok(targets)
+    Ok(Plots { targets, unread })
+}
+
+/// Names of columns that are no one's here, nor what `readings` writes beside the plots.
+fn unread(table: &Table) -> Vec<String> {
+    let channels = [RANGE, ELEVATION, AZIMUTH, RANGE_RATE].concat();
+    let known = |name: &str| {
+        readings::header().contains(&name)
+            || name == "time_s"
+            || channels
+                .iter()
+                .any(|channel| channel.0 == name || channel.1 == name)
+    };
+    let names = table.names().iter().filter(|name| !known(name));
+    names.cloned().collect()
 }
 
 impl Columns {
     fn of(table: &Table, sigmas: StatedSigmas) -> Result<Self, TableError> {
         let time = match (table.find("time_us"), table.find("time_s")) {
-            (Some(at), _) => (at, "time_us", 1e-6),
+            (Some(_), Some(_)) => {
+                let said = "both `time_us` and `time_s`".to_owned();
+                return Err(table.fault(Some(1), TableCause::Row(said)));
+            }
+            (Some(at), None) => (at, "time_us", 1e-6),
             (None, Some(at)) => (at, "time_s", 1.0),
             (None, None) => {
                 let said = "there is no column `time_s` or `time_us`".to_owned();

@@ -17,6 +17,25 @@ pub struct Answer {
     pub estimate: Result<Estimate, StepError>,
 }
 
+/// A plot that the tracker refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("line {line}: {cause}")]
+pub struct Refusal {
+    /// Its line in the file.
+    pub line: u64,
+    /// Why.
+    pub cause: StepError,
+}
+
+impl Refusal {
+    /// Of an answer that is one.
+    pub fn of(answer: &Answer) -> Option<Self> {
+        let cause = answer.estimate.err()?;
+        let line = answer.plot.line;
+        Some(Self { line, cause })
+    }
+}
+
 /// Columns of the table of answers. Units stand in the names.
 pub const HEADER: [&str; 22] = [
     "flight",

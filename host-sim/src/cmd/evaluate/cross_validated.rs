@@ -65,6 +65,9 @@ pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
         if model.blob().kind() == Kind::Memoryless {
             return Err(EvaluateError::TrainedHere(path.clone()));
         }
+        if !args.methods.is_empty() {
+            super::model_for(path, &args.methods)?;
+        }
         shipped.push(model);
     }
     // The last recursive blob is what runs.

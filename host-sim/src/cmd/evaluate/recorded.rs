@@ -11,7 +11,6 @@ use super::{Args, EvaluateError, methods_or};
 use crate::cmd::progress;
 use crate::contest::default_models;
 use crate::contest::evaluation::Evaluation;
-use crate::contest::model::Model;
 use crate::contest::own_filter::OwnFilter;
 use crate::contest::roster::{Roster, Supplies};
 use crate::method::Method;
@@ -39,8 +38,9 @@ pub fn run(args: &Args, flights: &Path, own: &[OwnFilter]) -> Result<(), Evaluat
 fn evaluate(args: &Args, flights: &Path, own: &[OwnFilter]) -> Result<Results, EvaluateError> {
     let mut models = default_models::load()?;
     let mut expected = Volume::PAPER;
+    let methods = methods_or(args, &Method::DEFAULT, own);
     for path in &args.models {
-        let model = Model::read(path)?;
+        let model = super::model_for(path, &methods)?;
         expected = model.volume().unwrap_or(expected);
         models.push(model);
     }
@@ -66,7 +66,7 @@ fn evaluate(args: &Args, flights: &Path, own: &[OwnFilter]) -> Result<Results, E
         tuned: None,
         own,
     };
-    let roster = Roster::new(&methods_or(args, &Method::DEFAULT, own), supplies)?;
+    let roster = Roster::new(&methods, supplies)?;
     let noise_table = args.subject.noise_table.unwrap_or_default();
     let radar = Radar::paper(noise_table);
     let evaluation = Evaluation {
