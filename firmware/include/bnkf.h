@@ -141,7 +141,7 @@ enum BnkfStatus
   BNKF_STATUS_RANGE_MISSING = 95,
   // The range-rate is missing and needed.
   BNKF_STATUS_RANGE_RATE_MISSING = 96,
-  // The sensor's position or velocity is not finite.
+  // The sensor's position, velocity or mounting is not finite.
   BNKF_STATUS_SENSOR_NOT_FINITE = 97,
   // The sensor is too far away.
   BNKF_STATUS_SENSOR_TOO_FAR = 98,
@@ -407,7 +407,8 @@ typedef struct BnkfLikelihood {
 extern "C" {
 #endif // __cplusplus
 
-// A direction in the axes of a sensor that is turned by yaw, pitch and roll (rad), as one in the track's axes.
+// A direction in the axes of a sensor that is turned by yaw, pitch and roll (rad), as one in the track's axes; what
+// is not finite is named, and nothing is written then.
 //
 // # Safety
 // `direction` is room for a direction.

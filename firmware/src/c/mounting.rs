@@ -18,7 +18,8 @@ pub struct BnkfDirection {
     pub has_azimuth: bool,
 }
 
-/// A direction in the axes of a sensor that is turned by yaw, pitch and roll (rad), as one in the track's axes.
+/// A direction in the axes of a sensor that is turned by yaw, pitch and roll (rad), as one in the track's axes; what
+/// is not finite is named, and nothing is written then.
 ///
 /// # Safety
 /// `direction` is room for a direction.
@@ -31,6 +32,16 @@ pub unsafe extern "C" fn bnkf_mounting_direction(
     azimuth: BnkfSensed,
     direction: *mut BnkfDirection,
 ) -> BnkfStatus {
+    let finite = |values: &[f32]| values.iter().all(|value| value.is_finite());
+    if !finite(&[yaw_rad, pitch_rad, roll_rad]) {
+        return BnkfStatus::SensorNotFinite;
+    }
+    if !finite(&[elevation.value, elevation.sigma]) {
+        return BnkfStatus::ElevationNotFinite;
+    }
+    if !finite(&[azimuth.value, azimuth.sigma]) {
+        return BnkfStatus::AzimuthNotFinite;
+    }
     // SAFETY: by contract.
     said(unsafe { Room::new(direction) }.map(|room| {
         let seen =

@@ -118,7 +118,7 @@ pub enum BnkfStatus {
     RangeMissing = 95,
     /// The range-rate is missing and needed.
     RangeRateMissing = 96,
-    /// The sensor's position or velocity is not finite.
+    /// The sensor's position, velocity or mounting is not finite.
     SensorNotFinite = 97,
     /// The sensor is too far away.
     SensorTooFar = 98,

@@ -194,6 +194,21 @@ fn null_and_misaligned_pointers_are_refused() {
         let status = bnkf_model_init(&mut life.model, [0].as_ptr(), usize::MAX);
         assert_eq!(status, BnkfStatus::Length);
     }
+    let fine = plot(1).range;
+    let endless = BnkfSensed {
+        sigma: f32::INFINITY,
+        ..fine
+    };
+    for (angle, elevation, azimuth, expected) in [
+        (f32::NAN, fine, fine, BnkfStatus::SensorNotFinite),
+        (0.0, endless, fine, BnkfStatus::ElevationNotFinite),
+        (0.0, fine, endless, BnkfStatus::AzimuthNotFinite),
+    ] {
+        // SAFETY: refused.
+        let status =
+            unsafe { bnkf_mounting_direction(0.0, angle, 0.0, elevation, azimuth, null_mut()) };
+        assert_eq!(status, expected);
+    }
     // No call that was refused has touched the track.
     assert_eq!(life.step(&plot(1_000_000)), BnkfStatus::Ok);
 }
