@@ -60,7 +60,10 @@ fn write_estimates(readings: &Path, path: &Path) {
     let model = default_models::recursive().expect("the shipped model");
     let settings = Settings::of(&model.blob());
     let mut rows = Vec::new();
-    for target in plots::read(readings, StatedSigmas::default()).expect("plots") {
+    for target in plots::read(readings, StatedSigmas::default())
+        .expect("plots")
+        .targets
+    {
         let answers = tracked::run(&model, settings, &target).expect("settings of the model");
         rows.extend(answers.iter().map(|answer| answer.row(&target.name)));
     }

@@ -161,8 +161,8 @@ impl Target {
         let root = cholesky(&both);
         let whitened = forward_substitute(&root, apart);
         let nis = dot(&whitened, &whitened);
-        // Not a number would be a prediction that is none; it is not taken either.
-        if !(nis < GATE_NIS as f32) {
+        // Not a number would be of a prediction that is none.
+        if nis.is_nan() || nis >= GATE_NIS as f32 {
             return nis.max(GATE_NIS as f32);
         }
         for channel in 0..3 {

@@ -44,7 +44,8 @@ pub struct Args {
     /// a cross-validation trains those itself and takes recursive blobs only
     #[arg(long = "model", value_name = "BLOB")]
     pub models: Vec<PathBuf>,
-    /// Methods, separated by commas [default: the paper's five and the recursive tracker; with --folds or --quick all]
+    /// Methods, separated by commas [default: the paper's five and the recursive tracker; with --folds or --quick all but those
+    /// with moments and the tuned tracker, which run when they are named]
     #[arg(long, value_enum, value_delimiter = ',')]
     pub methods: Vec<Method>,
     /// Monte Carlo passes per estimate [default: each model's own number]

@@ -95,6 +95,10 @@ pub fn table(comparisons: &[Comparison]) -> String {
             }
         );
     }
+    if !comparisons.iter().all(Comparison::accepted) {
+        text += "differs: rounding to int8 costs more than a per cent of the distance or 0.2 of NEES here, or the tracker \
+                 refused steps; few flights differ by chance\n";
+    }
     text
 }
 
