@@ -343,14 +343,10 @@ impl Recursive<'_, '_> {
         let interval_s = dt_s / f32::from(parts);
         let p = &self.model.parameters;
         let mut answer = Answer::of(&p.base);
-        let (sight, coast_s) = (target.sight(), self.unseen_s());
         let mut step = Step {
-            interval: answer.interval(sight, interval_s, coast_s),
+            interval: answer.interval(target.sight(), interval_s, 0.0),
             notes: answer.notes,
         };
-        if interval_s <= 0.0 {
-            return Ok(step);
-        }
         for part in 0..parts {
             let target = &mut self.workspace.target;
             if part > 0 {
@@ -363,6 +359,12 @@ impl Recursive<'_, '_> {
             self.ask(&sight, interval_s, &mut answer)?;
             step.notes = answer.notes;
             let coast_s = self.unseen_s();
+            if interval_s <= 0.0 {
+                // Nothing moves, but a manoeuvre may have begun just before, which is a multiple of what the network expects.
+                step.interval.noise = answer.schedule.noise;
+                step.interval.coast_s = coast_s;
+                return Ok(step);
+            }
             step.interval = answer.interval(sight, interval_s, coast_s);
             let idle = self.workspace.target.foresight.is_idle();
             if part == 0 && idle && answer.factor.is_some() {

@@ -155,3 +155,22 @@ fn a_long_gap_bends_as_forecasts_came_true() {
     assert!(kept < 0.5 * turned, "{kept} {turned}");
     assert!(open.position_variance() > straight.position_variance());
 }
+
+/// At the very time of another reading nothing moves, and what a manoeuvre multiplies is the network's noise, over what nobody
+/// saw before.
+#[test]
+fn at_the_same_time_the_noise_is_the_networks() {
+    let bytes = constant(outputs()).bytes();
+    let mut tracker = started(&bytes);
+    tracker.coast(200_000).expect("a coast");
+    let mut run = tracker.run();
+    run.set_out().expect("a target");
+    let step = run.predict(200_000).expect("a prediction");
+    assert_eq!(step.interval.noise, asked(&outputs()).schedule.noise);
+    assert!((step.interval.coast_s - 0.2).abs() < 1e-6);
+    let (moved, before) = (tracker.workspace.target, now(&tracker));
+    assert_eq!(
+        (moved.state, moved.covariance),
+        (before.state, before.covariance)
+    );
+}
