@@ -4,7 +4,7 @@ use crate::scalar::Scalar;
 
 /// Spectral densities of the process noise; three-vectors run along the level line of sight:
 /// radial, lateral, vertical.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Densities<S> {
     /// White jerk, m^2/s^5.
     pub jerk: [S; 3],
