@@ -359,13 +359,13 @@ impl Recursive<'_, '_> {
             self.ask(&sight, interval_s, &mut answer)?;
             step.notes = answer.notes;
             let coast_s = self.unseen_s();
+            step.interval = answer.interval(sight, interval_s, coast_s);
             if interval_s <= 0.0 {
-                // Nothing moves, but a manoeuvre may have begun just before, which is a multiple of what the network expects.
-                step.interval.noise = answer.schedule.noise;
-                step.interval.coast_s = coast_s;
+                // Nothing moves, and a sensor is as good as it says; but a manoeuvre may have begun just before, which is a
+                // multiple of the noise that the network expects.
+                step.interval.sensor_scale = [1.0; 3];
                 return Ok(step);
             }
-            step.interval = answer.interval(sight, interval_s, coast_s);
             let idle = self.workspace.target.foresight.is_idle();
             if part == 0 && idle && answer.factor.is_some() {
                 self.foresee(start_us, &answer);
