@@ -541,3 +541,36 @@ fn a_bend_takes_a_part_of_what_was_said() {
     same.bend((&Steady::of(&state), 0.0), [0.0; 3], 1.0, 0.0);
     assert_eq!((same.state, same.covariance), (state, covariance));
 }
+
+/// A gap is the network's own for a second; what comes later bends, and what is open of that grows with the square of
+/// the time since.
+#[test]
+fn a_gap_bends_after_a_second() {
+    let schedule = Schedule::wide(&base());
+    for (coast_s, dt_s, open) in [(0.0, 0.2, None), (0.9, 0.2, None), (1.5, 0.2, Some(6.0))] {
+        let mut before = target();
+        before.memory.coast_s = coast_s;
+        (before.foresight.followed, before.foresight.bent) = (1.0, 4.0);
+        let (mut gone, mut expected) = (before, before);
+        let sight = before.sight();
+        gone.go_on(&sight, &schedule, dt_s, 0.5);
+        expected.predict(&sight, &schedule, dt_s);
+        if let Some(open) = open {
+            let kept_mps2 = expected.acceleration();
+            expected.bend((&Steady::of(&before.state), dt_s), kept_mps2, 0.5, open);
+        }
+        for i in 0..9 {
+            assert!(
+                (gone.state[i] - expected.state[i]).abs() < 1e-6,
+                "{coast_s} {i}"
+            );
+            for j in 0..9 {
+                let (a, b) = (gone.covariance[i][j], expected.covariance[i][j]);
+                assert!(
+                    (a - b).abs() <= 1e-5 * b.abs().max(1e-3),
+                    "{coast_s} {i} {j}"
+                );
+            }
+        }
+    }
+}

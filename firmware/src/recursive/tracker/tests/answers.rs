@@ -122,3 +122,26 @@ fn an_answer_that_is_not_finite_is_an_error() {
     let mut tracker = started(&bytes);
     assert_eq!(tracker.coast(100_000), Err(StepError::NetworkNotFinite));
 }
+
+/// The factor, which says where targets are, holds for eight seconds of a forecast and not beyond: later ones are no surer.
+#[test]
+fn further_forecasts_are_not_surer() {
+    let mut sure = outputs();
+    // Weights of the factor, as large as they are read.
+    for weight in [18, 20, 22, 24, 26] {
+        sure[weight] = 8.0;
+    }
+    let bytes = constant(sure).bytes();
+    let mut tracker = started(&bytes);
+    let times_us = [7, 8, 9, 12, 16, 17, 20].map(|time_s| 1_000_000 * time_s);
+    let mut deviations_m = std::vec::Vec::new();
+    tracker
+        .run()
+        .forecast_each(&times_us, &mut |_, estimate| {
+            let variance: f32 = (0..3).map(|i| estimate.covariance_m2[i][i]).sum();
+            deviations_m.push(variance.sqrt());
+        })
+        .expect("forecasts");
+    let grows = |pair: &[f32]| pair[1] > 0.99 * pair[0];
+    assert!(deviations_m.windows(2).all(grows), "{deviations_m:?}");
+}
