@@ -158,7 +158,9 @@ mod tests {
             dt_s: STEP_MIN_S,
             ..interval(0.0)
         };
-        let vectors = Vectors::whole(expected().map(|x| x + 0.5), [0.05, 0.04, 2.0, 0.3]);
+        let mut measured = expected();
+        measured[3] += 8.0;
+        let vectors = Vectors::whole(measured, [0.05, 0.04, 2.0, 0.3]);
         let weighed = |interval: &Interval<f64>| {
             let mut mixture = Mixture::before(&STATE, &covariance());
             let odds = [0.4, 0.3, 0.2, 0.1];
@@ -173,7 +175,12 @@ mod tests {
             );
             mixture.shares
         };
-        assert_eq!(weighed(&at_once), weighed(&soon));
+        let shares = weighed(&at_once);
+        assert_eq!(shares, weighed(&soon));
+        assert!(
+            shares[2] > 0.2,
+            "a jump is likelier than before: {shares:?}"
+        );
     }
 
     #[test]
