@@ -72,7 +72,7 @@ impl Recursive<'_, '_> {
             self.model.advance(&mut there, answer, time_s - from_s);
             there.foresight.widen(&mut there.covariance, before_m2);
             // Of a second ahead it was learned how sure to be, of what comes after it the bend itself is open.
-            let open = (1.0 - AHEAD_S / time_s.max(AHEAD_S)).max(0.0);
+            let open = 1.0 - AHEAD_S / time_s.max(AHEAD_S);
             there.bend((&now, time_s), [0.0; 3], self.model.parameters.bend, open);
             if !there.settle() {
                 return Err(StepError::Lost);

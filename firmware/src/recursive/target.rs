@@ -135,20 +135,24 @@ impl Target {
     /// than twice what the measurement and the population leave. The curvature would outweigh every such
     /// measurement, and the track would never find back. The measurement is then a position (Kalman 1960), which tells of
     /// velocity and acceleration what they have to do with the prediction's, and its range-rate alone is left. Returns the
-    /// normalised innovation squared of the place, zero for a target that is not blind; at the gate or beyond
+    /// normalised innovation squared of the place, `None` for a target that is not blind; at the gate or beyond
     /// nothing was taken.
     // Off the stack before the correction.
     #[inline(never)]
-    pub fn relocate(&mut self, vectors: &mut Vectors<f32>, population: &Population<f32>) -> f32 {
+    pub fn relocate(
+        &mut self,
+        vectors: &mut Vectors<f32>,
+        population: &Population<f32>,
+    ) -> Option<f32> {
         let [x_m, y_m] = [self.state[0], self.state[1]];
         let unsure_m2 = self.position_variance();
         let [elevation, azimuth, range, _] = vectors.present;
         if elevation * azimuth * range == 0.0 || unsure_m2 <= x_m * x_m + y_m * y_m {
-            return 0.0;
+            return None;
         }
         let (place_m, place_m2) = place(vectors, population);
         if unsure_m2 <= BLUNTER * (place_m2[0][0] + place_m2[1][1] + place_m2[2][2]) {
-            return 0.0;
+            return None;
         }
         let mut both = place_m2;
         let mut apart = place_m;
@@ -163,7 +167,7 @@ impl Target {
         let nis = dot(&whitened, &whitened);
         // Not a number would be of a prediction that is none.
         if nis.is_nan() || nis >= GATE_NIS as f32 {
-            return nis.max(GATE_NIS as f32);
+            return Some(nis.max(GATE_NIS as f32));
         }
         for channel in 0..3 {
             vectors.miss(channel);
@@ -194,7 +198,7 @@ impl Target {
                 self.covariance[column][row] = left;
             }
         }
-        nis.max(f32::MIN_POSITIVE)
+        Some(nis)
     }
 
     /// Counts the position from this sensor, m.

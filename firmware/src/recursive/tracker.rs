@@ -176,18 +176,19 @@ impl Recursive<'_, '_> {
         let sensor_mps = measurement.sensor.velocity_mps;
         let hypotheses = &self.model.parameters.hypotheses;
         let odds = hypotheses.odds(&target.memory.counts);
-        let (mut nis, mut relocated) = (NIS_MAX, false);
+        let beyond = place_nis.is_some_and(|nis| nis >= GATE_NIS as f32);
+        let (place_nis, relocated) = (place_nis.unwrap_or(0.0), place_nis.is_some() && !beyond);
+        let mut nis = NIS_MAX;
         target.relative_to(sensor_mps);
         let mut mixture = Mixture::new();
         mixture.corrected.begin(&target.state, &target.covariance);
-        if place_nis >= GATE_NIS as f32 {
+        if beyond {
             // It lies beyond all that a blind prediction leaves open.
             nis = place_nis;
             target.memory.missed();
         } else if let Some(whitened) =
             target.weighed(&vectors, interval, hypotheses, &odds, &mut mixture)
         {
-            relocated = place_nis > 0.0;
             nis = mixture.corrected.nis + place_nis;
             if nis < GATE_NIS as f32 || odds[OUTLIER] < OFTEN_WRONG as f32 {
                 let whitened = whitened.map(|y| y.clamp(-WHITENED_MAX, WHITENED_MAX));
