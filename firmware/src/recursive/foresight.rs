@@ -51,8 +51,8 @@ pub const BEND_WHOLE: f64 = 1.0;
 /// Weight of the coefficient at the start: of one and two, which flights of our own could not tell
 /// apart, the sooner learned (docs/method.md).
 const BEND_PRIOR: f32 = 1.0;
-/// Variance of the coefficient at the start; of .1, .3 and 1 the one that costs built-in flights least for what it is worth
-/// to those that go straight on (docs/method.md).
+/// Variance of the coefficient at the start: of .1, .3 and 1 the middle one, by what built-in flights gain and lose
+/// (docs/method.md, "Silences").
 const BEND_VARIANCE: f32 = 0.3;
 /// What is left of earlier comparisons of what acceleration adds at the next: the last ten seconds count.
 /// Targets change what they are about sooner than how well they are known.

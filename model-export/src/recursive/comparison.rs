@@ -96,8 +96,11 @@ pub fn table(comparisons: &[Comparison]) -> String {
         );
     }
     if !comparisons.iter().all(Comparison::accepted) {
-        text += "differs: rounding to int8 costs more than a per cent of the distance or 0.2 of NEES here, or the tracker \
-                 refused steps; few flights differ by chance\n";
+        text += &format!(
+            "differs: rounding to int8 costs more than {} % of the distance or {NEES_CHANGE_MAX} of NEES here, or the \
+             tracker refused steps; few flights differ by chance\n",
+            100.0 * DISTANCE_SHARE_MAX
+        );
     }
     text
 }
@@ -133,6 +136,6 @@ mod tests {
         assert!(!comparison(1.0, 3.3, 0).accepted());
         assert!(!comparison(1.0, 3.0, 1).accepted());
         assert!(!comparison(f64::NAN, 3.0, 0).accepted());
-        assert!(table(&[comparison(2.0, 3.0, 0)]).contains("differs"));
+        assert!(table(&[comparison(2.0, 3.0, 0)]).contains("differs: rounding"));
     }
 }
