@@ -34,6 +34,7 @@ use crate::scenario::Scenario;
 use fold_kit::{FoldKit, FoldKitError, Part, Task};
 use shard::Shard;
 use steps_parquet::Detail;
+use variation::Variation;
 use work_folder::{WorkFolder, WorkFolderError};
 
 /// What is evaluated, and how.
@@ -43,6 +44,8 @@ pub struct Campaign {
     pub scenario: Scenario,
     /// Flights, cut and placed, run after run.
     pub runs: Runs,
+    /// Whether they were moved to random places, so that where they are says nothing.
+    pub placed: bool,
     /// Their division.
     pub folds: Folds,
     /// The methods.
@@ -85,8 +88,13 @@ pub enum CampaignError {
     #[error(transparent)]
     Work(#[from] WorkFolderError),
     /// Flights of another world cannot be generated.
-    #[error("generated flights: {0}")]
-    Generator(#[from] GeneratorError),
+    #[error("flights of the variation \"{variation}\": {cause}")]
+    Generator {
+        /// Its name.
+        variation: &'static str,
+        /// Why not.
+        cause: GeneratorError,
+    },
     /// The rows cannot be written.
     #[error("steps.parquet: {0}")]
     Parquet(#[from] ParquetError),
@@ -115,6 +123,10 @@ impl Campaign {
         shard: Shard,
         watcher: Watcher<'_>,
     ) -> Result<(), CampaignError> {
+        // What the other worlds cannot have is found out before the work, not after it.
+        for variation in &Variation::ALL {
+            self.varied_flights(variation, 1)?;
+        }
         self.make_parts(work, shard, watcher)?;
         let kits = self.kits(work)?;
         self.make_units(&kits, work, shard, watcher)?;
@@ -158,6 +170,7 @@ impl Campaign {
             fold,
             table,
             flights: &training[fold],
+            placed: self.placed,
             generated: &self.to_tune_on,
             recursive: self.shipped.last(),
             radar: &self.scenario.radar,

@@ -93,6 +93,11 @@ pub const BUILT_IN: [(&str, &str); 21] = [
     ("fast", include_str!("../scenarios/fast.toml")),
 ];
 
+/// The names of all of them, for people.
+pub fn known() -> String {
+    BUILT_IN.map(|(name, _)| name).join(", ")
+}
+
 /// Longest scenario file, bytes.
 pub const FILE_BYTES_MAX: u64 = 1 << 16;
 
@@ -109,7 +114,7 @@ impl Scenario {
         let file = name.display().to_string();
         let text =
             regular_file::read_text(name, FILE_BYTES_MAX).map_err(|cause| ScenarioError::Read {
-                known: BUILT_IN.map(|(known, _)| known).join(", "),
+                known: known(),
                 cause,
             })?;
         toml_form::parse(&text, &file)

@@ -139,6 +139,11 @@ fn what_cannot_be_read_is_named_with_file_and_line() {
         arguments.extend(source);
         let error = complaint(&host_sim(&arguments));
         assert!(error.contains("none of --methods runs on it"), "{error}");
+        let mut arguments = vec!["evaluate", "--methods", "recursive"];
+        arguments.extend(["--model", recursive, "--model", recursive]);
+        arguments.extend(source);
+        let error = complaint(&host_sim(&arguments));
+        assert!(error.contains("a second --model"), "{error}");
     }
     let error = complaint(&host_sim(&[
         "evaluate",
@@ -178,6 +183,38 @@ fn what_cannot_be_read_is_named_with_file_and_line() {
         error.contains("s.toml:2: unknown field `sumary`"),
         "{error}"
     );
+}
+
+/// Half an hour at this speed is no longer than the longest course, at twice the speed it is: that is found before the
+/// flights are evaluated, not after.
+#[test]
+fn flights_that_another_world_cannot_have_are_refused_before_the_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenario = folder.path().join("s.toml");
+    let paper = include_str!("../scenarios/paper.toml");
+    let long = paper
+        .replace("duration_s = 15.0", "duration_s = 1800.0")
+        .replace("speed_scale = 1.0", "speed_scale = 3.0")
+        .replace("quick_count = ", "quick_count = 5 # ");
+    std::fs::write(&scenario, long).unwrap();
+    let out = folder.path().join("out");
+    let error = complaint(&host_sim(&[
+        "evaluate",
+        "--quick",
+        "--methods",
+        "ekf",
+        "--scenario",
+        scenario.to_str().unwrap(),
+        "--out",
+        out.to_str().unwrap(),
+    ]));
+    assert!(error.contains("variation \"double speed\""), "{error}");
+    let work = std::fs::read_dir(out.join("work")).unwrap();
+    let pieces = work.filter(|entry| {
+        let name = entry.as_ref().unwrap().file_name();
+        name.to_string_lossy().starts_with("unit")
+    });
+    assert_eq!(pieces.count(), 0);
 }
 
 /// A limit on the size of files stands for a full disk: the write fails half-way.

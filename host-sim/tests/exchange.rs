@@ -233,6 +233,17 @@ fn what_is_no_estimate_of_these_readings_is_refused_by_line_and_column() {
             good.replace(",3,1,", ",3,-1,"),
             ":2: the covariance is not positive definite",
         ),
+        // It is, and its determinant is none.
+        (
+            header.to_owned(),
+            good.replace(",3,1,0,0,1,0,1", ",3,1e-300,0,0,1e-300,0,1e-300"),
+            ":2: the covariance is not positive definite",
+        ),
+        (
+            header.to_owned(),
+            good.replace(",3,", ",-1e8,"),
+            ":2: a coordinate beyond +-10000000 m",
+        ),
         (
             header.to_owned(),
             format!("{good}\n{good}"),

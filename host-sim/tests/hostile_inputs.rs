@@ -320,6 +320,8 @@ fn absurd_numbers_are_refused_with_their_range() {
             "not 1 to 100000 flights",
         ),
         (&["evaluate", "--quick", "--time-unit", "ms"], "--flights"),
+        (&["evaluate", "--quick", "--place"], "--flights"),
+        (&["evaluate", "--quick", "--segment-s", "8"], "--flights"),
         (&["image", "--frame", "ned"], "--flight"),
         (&["image", "--passes", "0"], "passes"),
     ] {

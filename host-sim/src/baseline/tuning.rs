@@ -185,8 +185,8 @@ fn five_turns(log: &[f64; 3]) -> FiveTurns {
 
 /// At most `flights_max` of `flights`, evenly spread.
 pub fn spread<'a>(flights: &[&'a Flight], flights_max: usize) -> impl Iterator<Item = &'a Flight> {
-    let stride = flights.len().div_ceil(flights_max).max(1);
-    flights.iter().copied().step_by(stride)
+    let (all, count) = (flights.len(), flights.len().min(flights_max));
+    (0..count).map(move |index| flights[index * all / count])
 }
 
 fn record<'a>(

@@ -106,6 +106,8 @@ pub struct Task<'a> {
     pub table: NoiseTable,
     /// The flights that the fold does not test.
     pub flights: &'a [&'a Flight],
+    /// Whether they were moved to random places.
+    pub placed: bool,
     /// Generated flights to tune on.
     pub generated: &'a [Flight],
     /// The recursive model that runs, to be tuned.
@@ -225,7 +227,8 @@ impl Task<'_> {
         }
     }
 
-    /// The recursive model after tuning on the fold's flights, near where they are.
+    /// The recursive model after tuning on the fold's flights: near where they are, or anywhere in the volume as
+    /// `model-export tune --place` if they were placed there.
     fn tune(&self, done: &dyn Fn(f64)) -> Result<Vec<u8>, FoldKitError> {
         let shipped = self.recursive.ok_or(FoldKitError::NoRecursive)?;
         let (model, scenario) = shipped.to_tune()?;
@@ -237,7 +240,7 @@ impl Task<'_> {
         );
         let familiar = generate(&scenario.training_flights())?;
         let ids = [seed::name_id("tune"), self.fold as u64, self.table as u64];
-        let tuning = Tuning::new(shipped.sha256(), &own, false);
+        let tuning = Tuning::new(shipped.sha256(), &own, self.placed);
         let recipe = scenario.recipe().tuned(tuning);
         let recipe = Recipe {
             seed: seed::derive(self.seed, &ids),
@@ -332,6 +335,7 @@ mod tests {
                 fold,
                 table: NoiseTable::Radians,
                 flights: &others.iter().collect::<Vec<_>>(),
+                placed: false,
                 generated: &generated,
                 recursive: None,
                 radar: &radar,
@@ -358,6 +362,7 @@ mod tests {
             fold: 0,
             table: NoiseTable::Radians,
             flights: &others,
+            placed: false,
             generated: &generated,
             recursive: None,
             radar: &radar,
@@ -386,6 +391,7 @@ mod tests {
             fold: 0,
             table: NoiseTable::Radians,
             flights: &own,
+            placed: false,
             generated: &[],
             recursive: Some(&shipped),
             radar: &radar,
@@ -397,8 +403,14 @@ mod tests {
         let tuned = kit.tuned.expect("made");
         assert_eq!(tuned.blob().kind(), shipped.blob().kind());
         assert_ne!(tuned.sha256(), shipped.sha256());
+        // Where flights stay it learns their places, where they were placed it does not.
+        (task.placed, task.fold) = (true, 1);
+        task.make(Part::Recursive, &work, &|_| {}).unwrap();
+        let anywhere = task.kit(&[Part::Recursive], &work).unwrap().tuned;
+        assert_ne!(tuned.volume(), shipped.volume());
+        assert_eq!(anywhere.expect("made").volume(), shipped.volume());
         task.recursive = None;
-        task.fold = 1;
+        task.fold = 2;
         let nothing = task.make(Part::Recursive, &work, &|_| {});
         assert!(matches!(nothing, Err(FoldKitError::NoRecursive)));
     }

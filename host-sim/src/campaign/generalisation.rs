@@ -1,5 +1,6 @@
 //! How methods fare in worlds that they were not fitted to.
 
+use bnkf_model_export::flights::flight::Flight;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -116,6 +117,22 @@ impl Campaign {
         Ok(cells)
     }
 
+    /// `count` flights of another world.
+    ///
+    /// # Errors
+    /// The scenario's flights do not fit it.
+    pub(super) fn varied_flights(
+        &self,
+        variation: &Variation,
+        count: usize,
+    ) -> Result<Vec<Flight>, CampaignError> {
+        let flights = variation.flights(&self.scenario, count, self.seed);
+        flights.map_err(|cause| CampaignError::Generator {
+            variation: variation.name,
+            cause,
+        })
+    }
+
     fn varied(
         &self,
         variation: &Variation,
@@ -123,7 +140,7 @@ impl Campaign {
         condition: Condition,
     ) -> Result<Vec<(Method, CellMetrics)>, CampaignError> {
         let count = (self.runs.first / FLIGHTS_PART).clamp(FLIGHTS_MIN, FLIGHTS_MAX);
-        let flights = variation.flights(&self.scenario, count, self.seed)?;
+        let flights = self.varied_flights(variation, count)?;
         let radar = variation.radar(&self.scenario);
         let methods = self.live_methods();
         let roster = self.roster(kit, self.tuned_on[0], &methods)?;

@@ -26,7 +26,7 @@ use crate::contest::own_filter::OwnFilter;
 use crate::contest::roster::RosterError;
 use crate::method::Method;
 use crate::output_folder::{self, OutputFolderError};
-use crate::scenario::{Scenario, ScenarioError};
+use crate::scenario::{self, Scenario, ScenarioError};
 
 /// Scores every method on the same readings, at three noise levels and three sampling rates.
 ///
@@ -125,13 +125,13 @@ pub struct Subject {
     #[arg(long, value_name = "PATH", required_unless_present_any = ["folds", "quick"])]
     pub flights: Option<PathBuf>,
     /// Moves every segment at random (yaw, mirror, shift) into the scenario's volume
-    #[arg(long)]
+    #[arg(long, requires = "flights")]
     pub place: bool,
     /// Position of the radar in the flights' frame, metres
     #[arg(long, value_name = "X,Y,Z", default_value = "0,0,0", value_parser = position_m, allow_hyphen_values = true)]
     pub radar: Position,
     /// Length of the segments that flights are cut into, seconds; 0 keeps them whole
-    #[arg(long, value_name = "S", default_value_t = PAPER_SEGMENT_S)]
+    #[arg(long, value_name = "S", requires = "flights", default_value_t = PAPER_SEGMENT_S)]
     pub segment_s: f64,
     /// How the angle figures of the noise levels are read: radians, or degrees as printed
     /// [default: radians; with --folds the scenario's]
@@ -146,10 +146,10 @@ pub struct Subject {
     /// Cross-validates in minutes: fewer flights and epochs, one noise table
     #[arg(long)]
     pub quick: bool,
-    /// Scenario of a cross-validation: `paper`, `counter-uas`, `agile`, `two-radars`,
-    /// `moving-radar`, `late` or a TOML file; with radars that are not in the origin BNN, BNKF and BNKFe do not run
+    /// Radar and flights of a cross-validation.
     #[arg(
         long,
+        help = scenarios(),
         value_name = "NAME|FILE",
         requires = "cross-validation",
         default_value = "paper"
@@ -199,6 +199,9 @@ pub enum EvaluateError {
     /// A blob that no method runs on.
     #[error("{0}: none of --methods runs on it")]
     Unused(PathBuf),
+    /// A blob in the place of one that was named already.
+    #[error("{0}: a second --model for the same methods")]
+    SecondModel(PathBuf),
     /// A method that the scenario's radars are too much for.
     #[error("method {0} knows one radar at rest in the origin only, and this scenario has others")]
     NeedsOrigin(Method),
@@ -305,18 +308,30 @@ pub fn scenario(args: &Subject) -> Result<Scenario, ScenarioError> {
     Ok(scenario)
 }
 
-/// The methods that were named, else `default`; then those from outside.
-/// A blob of --model, which some method must run on.
-fn model_for(path: &Path, methods: &[Method]) -> Result<Model, EvaluateError> {
-    let model = Model::read(path)?;
-    let own = Some((model.blob().kind(), model.blob().network_count()));
-    if methods.iter().any(|method| method.model() == own) {
-        Ok(model)
-    } else {
-        Err(EvaluateError::Unused(path.to_owned()))
+/// The blobs of --model, each of a form of its own and for some method to run on, in the place of those of
+/// `built_in` that have their forms.
+fn with_given(
+    mut built_in: Vec<Model>,
+    paths: &[PathBuf],
+    methods: &[Method],
+) -> Result<Vec<Model>, EvaluateError> {
+    let mut given: Vec<Model> = Vec::new();
+    for path in paths {
+        let model = Model::read(path)?;
+        if !methods.iter().any(|m| m.model() == Some(model.form())) {
+            return Err(EvaluateError::Unused(path.clone()));
+        }
+        if given.iter().any(|other| other.form() == model.form()) {
+            return Err(EvaluateError::SecondModel(path.clone()));
+        }
+        given.push(model);
     }
+    built_in.retain(|model| given.iter().all(|other| other.form() != model.form()));
+    built_in.extend(given);
+    Ok(built_in)
 }
 
+/// The methods that were named, else `default`; then those from outside.
 fn methods_or(args: &Args, default: &[Method], own: &[OwnFilter]) -> Vec<Method> {
     let named = if args.methods.is_empty() {
         default
@@ -325,6 +340,14 @@ fn methods_or(args: &Args, default: &[Method], own: &[OwnFilter]) -> Vec<Method>
     };
     let own = own.iter().map(OwnFilter::method);
     named.iter().copied().chain(own).collect()
+}
+
+/// What `--scenario` takes: every one that there is, by name.
+fn scenarios() -> String {
+    format!(
+        "Scenario of a cross-validation: {}, or a TOML file; with radars that are not in the origin BNN, BNKF and BNKFe do not run",
+        scenario::known()
+    )
 }
 
 fn position_m(text: &str) -> Result<Position, String> {

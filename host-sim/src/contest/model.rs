@@ -131,6 +131,11 @@ impl Model {
         Blob::parse(&self.bytes).expect("the bytes were checked when the model was made")
     }
 
+    /// What a method asks of the model that it runs on: its kind, and how many networks.
+    pub fn form(&self) -> (Kind, usize) {
+        (self.blob().kind(), self.blob().network_count())
+    }
+
     /// Where a recursive model expects its targets, by the ranges that it starts from; `None` for
     /// other kinds.
     pub fn volume(&self) -> Option<Volume> {

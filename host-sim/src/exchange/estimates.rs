@@ -8,7 +8,9 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use bnkf_model_export::flights::flight::Flight;
-use nalgebra::{Cholesky, Matrix3, Vector3};
+use bnkf_model_export::flights::track_error::COORDINATE_M_MAX;
+use bnkf_model_export::scoring::step_score::StepScore;
+use nalgebra::{Matrix3, Vector3};
 
 use super::columns::{Row, Table, TableCause, TableError};
 use crate::filter::PositionEstimate;
@@ -195,7 +197,12 @@ fn estimate(
             Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
         }
     };
-    if Cholesky::new(covariance_m2).is_none() {
+    if position_m.amax() > COORDINATE_M_MAX {
+        let said = format!("a coordinate beyond +-{COORDINATE_M_MAX} m");
+        return Err(TableCause::Row(said));
+    }
+    // What no score can be made of would silently count as a divergence.
+    if StepScore::new(&position_m, &covariance_m2, &position_m).is_err() {
         return Err(TableCause::Row(
             "the covariance is not positive definite".to_owned(),
         ));

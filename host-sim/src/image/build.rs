@@ -3,7 +3,7 @@
 use std::env;
 use std::fs::{self, File};
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::{self, Path, PathBuf};
 use std::process::{Command, ExitStatus};
 
 use bnkf::Part;
@@ -133,7 +133,11 @@ fn workspace() -> Result<PathBuf, ImageBuildError> {
 /// The sources are missing, or the folder cannot be made.
 pub fn target_dir(toolchain: &Toolchain) -> Result<PathBuf, ImageBuildError> {
     let target_dir = match env::var_os("CARGO_TARGET_DIR") {
-        Some(folder) => PathBuf::from(folder),
+        // The compiler is run in the workspace, and the image's build script in the package.
+        Some(folder) => path::absolute(&folder).map_err(|cause| ImageBuildError::Io {
+            path: folder.into(),
+            cause,
+        })?,
         None => workspace()?.join("target"),
     };
     let path = target_dir.join("tracker-image").join(toolchain.slug());

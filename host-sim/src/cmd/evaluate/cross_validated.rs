@@ -13,7 +13,7 @@ use clap::ValueEnum;
 use indicatif::ProgressBar;
 
 use super::data::Data;
-use super::{Args, EvaluateError, methods_or};
+use super::{Args, EvaluateError, methods_or, with_given};
 use crate::campaign::shard::Shard;
 use crate::campaign::steps_parquet::Detail;
 use crate::campaign::work_folder::{Role, WorkFolder};
@@ -56,29 +56,24 @@ pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
     for reason in &data.unplaced {
         eprintln!("warning: left out: {reason}");
     }
-    let mut shipped = default_models::load()?;
-    shipped.extend(default_models::of_scenario(&scenario.name)?);
-    // Of the shipped models only those that no fold trains.
-    shipped.retain(|model| model.blob().kind() != Kind::Memoryless);
     for path in &args.models {
-        let model = Model::read(path)?;
-        if model.blob().kind() == Kind::Memoryless {
+        if Model::read(path)?.form().0 == Kind::Memoryless {
             return Err(EvaluateError::TrainedHere(path.clone()));
         }
-        if !args.methods.is_empty() {
-            super::model_for(path, &args.methods)?;
-        }
-        shipped.push(model);
     }
-    // The last recursive blob is what runs.
-    shipped.drain(..shipped.len().saturating_sub(1));
+    let methods = methods_or(args, &all_methods(in_origin), &own);
+    // Of the shipped models only what no fold trains.
+    let shipped = default_models::of_scenario(&scenario.name)?;
+    let shipped = shipped.map_or_else(default_models::recursive, Ok)?;
+    let shipped = with_given(vec![shipped], &args.models, &methods)?;
     let count = args.subject.folds.unwrap_or(FOLDS);
     let campaign = Campaign {
         folds: Folds::new(&data.runs.flights, count, args.subject.seed)?,
         runs: data.runs,
+        placed: args.subject.place,
         to_tune_on: data.to_tune_on,
         tuned_on: data.tuned_on,
-        methods: methods_or(args, &all_methods(&shipped, in_origin), &own),
+        methods,
         own,
         shipped,
         passes: args.passes,
@@ -175,9 +170,8 @@ pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
 
 /// Every method that has what it needs, with a radar in the origin or without. Tuning the tracker takes minutes a fold, so it must
 /// be named; so must those that take moments, which are other ways to run the same networks.
-fn all_methods(shipped: &[Model], in_origin: bool) -> Vec<Method> {
+fn all_methods(in_origin: bool) -> Vec<Method> {
     let without = |method: &Method| match method {
-        Method::Recursive => !shipped.is_empty(),
         Method::RecursiveTuned => false,
         method if method.takes_moments() => false,
         method => in_origin || !method.needs_origin(),

@@ -7,10 +7,11 @@ use bnkf_model_export::command_line::command_line;
 use bnkf_model_export::flights::set::{FlightSet, Preparation};
 use bnkf_model_export::flights::volume::Volume;
 
-use super::{Args, EvaluateError, methods_or};
+use super::{Args, EvaluateError, methods_or, with_given};
 use crate::cmd::progress;
 use crate::contest::default_models;
 use crate::contest::evaluation::Evaluation;
+use crate::contest::model::Model;
 use crate::contest::own_filter::OwnFilter;
 use crate::contest::roster::{Roster, Supplies};
 use crate::method::Method;
@@ -36,17 +37,13 @@ pub fn run(args: &Args, flights: &Path, own: &[OwnFilter]) -> Result<(), Evaluat
 }
 
 fn evaluate(args: &Args, flights: &Path, own: &[OwnFilter]) -> Result<Results, EvaluateError> {
-    let mut models = default_models::load()?;
-    let mut expected = Volume::PAPER;
     let methods = methods_or(args, &Method::DEFAULT, own);
-    for path in &args.models {
-        let model = super::model_for(path, &methods)?;
-        expected = model.volume().unwrap_or(expected);
-        models.push(model);
-    }
+    let models = with_given(default_models::load()?, &args.models, &methods)?;
+    let mut given = models.iter().rev().take(args.models.len());
+    let expected = given.find_map(Model::volume);
     let preparation = Preparation {
         reading: args.subject.reading.clone(),
-        expected,
+        expected: expected.unwrap_or(Volume::PAPER),
         segment_s: args.subject.segment_s,
         volume: args.subject.place.then_some(Volume::PAPER),
         radar_m: args.subject.radar.0,
