@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes a recursive blob with some of its hypotheses made impossible: the rows of docs/method.md.
+"""Writes a recursive blob with some of its hypotheses made impossible: the rows of docs/choices.md.
 
     python3 tests/ablation/without.py models/recursive.bnkf jump outlier --out nominal_burst.bnkf
 

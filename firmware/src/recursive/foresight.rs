@@ -42,17 +42,17 @@ const AHEAD_US: u64 = 1_000_000;
 /// velocity and acceleration.
 const LATE_MAX_US: u64 = 500_000;
 /// Weight of the ratio of one at the start, some ten comparisons: of 2.5 and 5 the better in likelihood of
-/// forecasts over built-in, calm, sharply turning and agile flights of our own (docs/method.md).
+/// forecasts over built-in, calm, sharply turning and agile flights of our own (docs/choices.md).
 const PRIOR: f32 = 5.0;
 /// What is left of earlier comparisons at the next: those of the last twenty count.
 const KEPT: f32 = 0.95;
 /// Coefficient at the start where a blob says nothing of it: the network's forecasts as they are.
 pub const BEND_WHOLE: f64 = 1.0;
 /// Weight of the coefficient at the start: of one and two, which flights of our own could not tell
-/// apart, the sooner learned (docs/method.md).
+/// apart, the sooner learned (docs/choices.md).
 const BEND_PRIOR: f32 = 1.0;
 /// Variance of the coefficient at the start: of .1, .3 and 1 the middle one, by what built-in flights gain and lose
-/// (docs/method.md, "Silences").
+/// (docs/choices.md).
 const BEND_VARIANCE: f32 = 0.3;
 /// What is left of earlier comparisons of what acceleration adds at the next: the last ten seconds count.
 /// Targets change what they are about sooner than how well they are known.
