@@ -408,7 +408,7 @@ extern "C" {
 #endif // __cplusplus
 
 // A direction in the axes of a sensor that is turned by yaw, pitch and roll (rad), as one in the track's axes; what
-// is not finite is named, and nothing is written then.
+// is not finite, and a sigma that no measurement may have, is named, and nothing is written then.
 //
 // # Safety
 // `direction` is room for a direction.
@@ -464,7 +464,8 @@ BnkfStatus bnkf_track_step(struct BnkfTrack *track,
                            const struct BnkfMeasurement *measurement,
                            struct BnkfEstimate *estimate);
 
-// The estimate at a time without a measurement, at most 60 s ahead; the covariance grows.
+// The estimate at a time without a measurement, at most 60 s ahead; the covariance grows. `BNKF_STATUS_LOST`: the
+// target was forgotten, and the next measurement starts anew.
 //
 // # Safety
 // As of `bnkf_track_step`.

@@ -263,7 +263,7 @@ def track(
 ) -> Estimates:
     """Tracks a whole flight without holding the interpreter's lock.
 
-    readings: an array of shape (n, 9) or (n, 15) whose columns are COLUMNS, or a structured one with columns of these
-    names. NaN was not measured; a row without a channel asks for an estimate in a gap. Rows that the tracker refuses are
+    readings: an array of shape (n, 9) or (n, 15) whose columns are COLUMNS, or a structured one or a data frame with
+    columns of these names. NaN was not measured; a row without a channel asks for an estimate in a gap. Rows that the tracker refuses are
     named in `refused`, and it goes on. Raises SettingsError, ValueError.
     """

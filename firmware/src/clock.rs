@@ -26,9 +26,9 @@ pub enum Tick {
 
 /// The times of one track.
 ///
-/// A time that lies absurdly far ahead or behind is refused. If the very next measurement agrees
-/// with it, within [`AHEAD_MAX_US`] after it, the clock was set or the silence was long: the track
-/// starts anew there. That is the way back from any wrong time, besides a reset.
+/// A time that lies absurdly far ahead or behind is refused. If the next measurement agrees with it, within
+/// [`AHEAD_MAX_US`] after it, the clock was set or the silence was long: the track starts anew there. One in between
+/// that is only a little late says nothing of that. That is the way back from any wrong time, besides a reset.
 ///
 /// ```
 /// use bnkf::clock::{Clock, ClockError, Tick};

@@ -94,6 +94,7 @@ impl<'a> LateTracker<'a> {
     /// Forgets the target, all times and calls, and starts the random stream again.
     pub fn reset(&mut self) {
         self.tracker.reset();
+        self.rerun = 0;
         self.begin();
     }
 
@@ -102,7 +103,8 @@ impl<'a> LateTracker<'a> {
     /// # Errors
     /// [`StepError`] as of [`Tracker::step`]; the measurement is then ignored, and
     /// [`StepError::TimeWentBack`] says that it is later than [`LATE_MAX_US`], or than the calls that are
-    /// kept. [`StepError::Lost`] says that a late one was taken and the track it led to given up since.
+    /// kept. Where a late one was taken and the newest call has no answer behind it, the error is that call's:
+    /// [`StepError::Lost`] if the track that it led to was given up since.
     pub fn step(&mut self, measurement: &Measurement) -> Result<Estimate, StepError> {
         let Some(place) = self.place_of(measurement.time_us) else {
             let call = Call::Step(*measurement);
@@ -121,9 +123,14 @@ impl<'a> LateTracker<'a> {
     /// As of [`Tracker::coast`]: a coast is never late.
     pub fn coast(&mut self, time_us: u64) -> Result<Estimate, StepError> {
         let call = Call::Coast(time_us);
-        let estimate = call.answer(&mut self.tracker)?;
-        self.keep(call);
-        Ok(estimate)
+        let answer = call.answer(&mut self.tracker);
+        match answer {
+            Ok(_) => self.keep(call),
+            // What was given up does not come back with a late measurement.
+            Err(StepError::Lost) => self.begin(),
+            Err(_) => {}
+        }
+        answer
     }
 
     /// [`Tracker::forecasts`], from what has come so far.
@@ -406,6 +413,25 @@ mod tests {
         }
         assert!(late.step(&seen(750_000)).is_ok());
         assert!(late.step(&seen(900_000)).is_ok());
+    }
+
+    /// Coasted until nothing was known of it, it is gone for late measurements, too.
+    #[test]
+    fn what_was_given_up_does_not_come_back() {
+        let mut draft = Draft::memoryless(&[12, 3], 3);
+        // Targets that turn so hard are a hundred kilometres away in a minute.
+        draft.parameters[1] = 3e3;
+        let bytes = draft.bytes();
+        let mut late = LateTracker::new(tracker(&bytes));
+        late.step(&seen(0)).expect("a step");
+        late.step(&seen(400_000)).expect("a step");
+        assert!(late.step(&seen(300_000)).is_ok());
+        assert_eq!(late.coast(59_000_000), Err(StepError::Lost));
+        let too_late = late.step(&seen(200_000));
+        assert!(matches!(too_late, Err(StepError::TimeWentBack { .. })));
+        assert_eq!(says(&late, &bytes, 500_000), Err(StepError::NotStarted));
+        late.reset();
+        assert_eq!(late.calls_rerun(), 0);
     }
 
     /// Thousands of calls a second: what is too late then is said to be.

@@ -10,7 +10,7 @@ use crate::recursive::correction::GATE_NIS;
 /// Innovation, NIS and likelihood are those of one Gaussian: the measurement as it is expected if the
 /// target moves as the model says and the sensor is as good as it says. That a reading may be wrong
 /// is left out on purpose: such a reading fits every track equally, and whoever associates has a
-/// model of false plots of his own. The gate alone asks as `step` does, under all hypotheses.
+/// model of false plots of his own. The gate alone asks under all hypotheses.
 ///
 /// ```
 /// use bnkf::Likelihood;
@@ -42,7 +42,8 @@ pub struct Likelihood {
     pub ln_likelihood: f32,
     /// Whether the gate of a step would pass the measurement, which knows that readings may be wrong: it passes
     /// many that are another target's, and does not associate. A memoryless blob has none and uses everything:
-    /// here the gate of a recursive one stands for it.
+    /// here the gate of a recursive one stands for it. Where a track is blind beside its sensor's vertical axis a step
+    /// takes the place from the measurement instead, and may restart; that is not asked here.
     pub passes_gate: bool,
 }
 

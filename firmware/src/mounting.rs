@@ -58,7 +58,8 @@ impl Mounting {
     /// are independent. Both variances are therefore widened by one plus the size of the
     /// correlation: the least factor common to both with which no combination of the two angles is
     /// said to be better known than it is. Where the sensor errs alike along both axes it is one,
-    /// and never more than two. To first order in the sigmas.
+    /// and never more than two. To first order in the sigmas. Where a sigma is none that a measurement may have,
+    /// both stay as they are, and the step refuses them.
     pub fn direction(&self, elevation: Sensed, azimuth: Sensed) -> Direction {
         let turned = |v: [f32; 3]| self.rotation.map(|row| dot(&row, &v));
         let [along, upward, lateral] = axes(elevation.value, azimuth.value).map(turned);
@@ -68,6 +69,15 @@ impl Mounting {
             Scalar::atan2(along[2], horizontal),
             Scalar::atan2(along[1], along[0]),
         );
+        let [least, most] = ANGLE_SIGMA_RAD;
+        let is_sound = |angle: Sensed| (least..=most).contains(&angle.sigma);
+        if !(is_sound(elevation) && is_sound(azimuth)) {
+            let at = |value: f32, angle: Sensed| Sensed { value, ..angle };
+            return Direction {
+                elevation: at(elevation_rad, elevation),
+                azimuth: Some(at(azimuth_rad, azimuth)),
+            };
+        }
         let [_, up, side] = axes(elevation_rad, azimuth_rad);
         // The error's two parts on the sphere, along the track's axes.
         let by_azimuth = Scalar::cos(elevation.value) * azimuth.sigma;
@@ -89,12 +99,11 @@ impl Mounting {
             0.0
         };
         let widening = root(1.0 + correlation.min(1.0));
-        let [least, most] = ANGLE_SIGMA_RAD;
         let azimuth_sigma = widening * wide_sigma / horizontal;
         Direction {
             elevation: Sensed {
                 value: elevation_rad,
-                sigma: (widening * tall_sigma).clamp(least, most),
+                sigma: (widening * tall_sigma).max(least),
             },
             azimuth: (azimuth_sigma <= most).then_some(Sensed {
                 value: azimuth_rad,
@@ -230,6 +239,22 @@ mod tests {
             assert!(middle + apart > 0.94, "{case}: {ee} {ea} {aa}");
             assert!(ee > 0.47 && aa > 0.47, "{case}: {ee} {ea} {aa}");
         }
+    }
+
+    /// What no measurement may have it does not become by being turned.
+    #[test]
+    fn a_sigma_that_is_none_stays_none() {
+        let level = Mounting::new(0.3, 0.1, 0.2);
+        for wrong in [-0.005, 0.0, 5.0, f32::NAN, f32::INFINITY] {
+            let seen = level.direction(sensed(0.1, wrong), sensed(0.2, 0.01));
+            assert_eq!(seen.elevation.sigma.to_bits(), wrong.to_bits());
+            let seen = level.direction(sensed(0.1, 0.01), sensed(0.2, wrong));
+            let azimuth = seen.azimuth.expect("an azimuth to refuse");
+            assert_eq!(azimuth.sigma.to_bits(), wrong.to_bits());
+        }
+        // Widened beyond what may be, it is not said to be less.
+        let blunt = Mounting::new(0.0, 0.0, 0.1).direction(sensed(0.0, 1.0), sensed(0.0, 0.1));
+        assert!(blunt.elevation.sigma > 1.2, "{}", blunt.elevation.sigma);
     }
 
     /// Straight up there is no azimuth, and no sigma pretends one.

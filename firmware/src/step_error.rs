@@ -4,8 +4,8 @@ use crate::clock::AHEAD_MAX_US;
 use crate::ekf::EkfError;
 use crate::measurement::{Channel, MeasurementError};
 
-/// Why a step was refused; the tracker is as before, apart from its random stream and what it
-/// remembers of strange times (see [`Clock`](crate::clock::Clock)).
+/// Why a step was refused; the tracker is as before, apart from what it remembers of strange times (see
+/// [`Clock`](crate::clock::Clock)) and from a coast that ends in [`StepError::Lost`].
 ///
 /// ```
 /// use bnkf::{Channel, EkfError, MeasurementError, SensorError, StepError};
@@ -64,8 +64,8 @@ pub enum StepError {
     /// The correction was refused.
     Correction(EkfError),
     /// What is left of the track says nothing any more (its deviation has passed
-    /// [`POSITION_SIGMA_MAX_M`](crate::estimate::POSITION_SIGMA_MAX_M)): it was given up. The next
-    /// measurement starts a new one.
+    /// [`POSITION_SIGMA_MAX_M`](crate::estimate::POSITION_SIGMA_MAX_M)). Coasting there, it was given up: the next
+    /// measurement starts a new one. A forecast that reaches there leaves it as it is.
     Lost,
 }
 

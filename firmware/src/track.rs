@@ -243,7 +243,8 @@ impl Track {
     ///
     /// # Errors
     /// [`StepError::NotStarted`], [`StepError::TimeWentBack`], [`StepError::TimeTooFarAhead`],
-    /// [`StepError::NetworkNotFinite`], [`StepError::Lost`] or [`StepError::OtherModel`].
+    /// [`StepError::NetworkNotFinite`] or [`StepError::OtherModel`]; or [`StepError::Lost`], and then the target is
+    /// forgotten.
     #[inline(never)]
     pub fn coast(
         &mut self,

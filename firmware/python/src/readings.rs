@@ -28,7 +28,7 @@ pub const COLUMNS: [&str; 15] = [
 ];
 /// Columns without the sensor's.
 const WITHOUT_SENSOR: usize = 9;
-/// Largest time that every whole number below has in double precision, microseconds: 285 years.
+/// Every whole number below it is one in double precision, microseconds: 285 years.
 const TIME_US_MAX: f64 = (1_u64 << 53) as f64;
 
 type Row = [f64; COLUMNS.len()];
@@ -38,11 +38,28 @@ type Row = [f64; COLUMNS.len()];
 /// # Errors
 /// `ValueError` names shape, column or row.
 pub fn calls(readings: &Bound<'_, PyAny>) -> PyResult<Vec<Call>> {
-    let readings = doubles(readings, "asanyarray", None)?;
-    let names: Option<Vec<String>> = readings.getattr("dtype")?.getattr("names")?.extract()?;
-    let rows = match names {
-        Some(names) => named(&readings, &names)?,
-        None => plain(&readings)?,
+    // A data frame's columns have names, which an array of it would not.
+    let frame: Option<Vec<String>> = match readings.getattr_opt("columns")? {
+        Some(columns) => columns
+            .try_iter()?
+            .map(|name| name?.extract())
+            .collect::<PyResult<_>>()
+            .ok(),
+        None => None,
+    };
+    let rows = if let Some(names) = frame {
+        named(readings, &names)?
+    } else {
+        let readings = doubles(readings, "asanyarray", None)?;
+        if masked(&readings)? {
+            let said = "readings: a masked array: fill what is masked with nan";
+            return Err(PyValueError::new_err(said));
+        }
+        let names: Option<Vec<String>> = readings.getattr("dtype")?.getattr("names")?.extract()?;
+        match names {
+            Some(names) => named(&readings, &names)?,
+            None => plain(&readings)?,
+        }
     };
     rows.iter()
         .enumerate()
@@ -61,6 +78,12 @@ fn doubles<'py>(
     py.import("numpy")?
         .getattr(function)?
         .call((object,), Some(&keywords))
+}
+
+/// Whether its numbers are not all meant, which an array of doubles would not know.
+fn masked(array: &Bound<'_, PyAny>) -> PyResult<bool> {
+    let module = array.py().import("numpy.ma")?;
+    module.call_method1("isMaskedArray", (array,))?.extract()
 }
 
 /// Shape and numbers, row by row.
@@ -127,8 +150,9 @@ fn plain(readings: &Bound<'_, PyAny>) -> PyResult<Vec<Row>> {
 /// A step, or a coast where no channel was measured.
 fn call(place: usize, row: &Row) -> PyResult<Call> {
     let [time_us, rest @ ..] = *row;
-    if !(0.0..=TIME_US_MAX).contains(&time_us) || time_us.fract() != 0.0 {
-        let said = format!("readings: row {place}: time_us {time_us} is no whole number to 2^53");
+    if !(0.0..TIME_US_MAX).contains(&time_us) || time_us.fract() != 0.0 {
+        let said =
+            format!("readings: row {place}: time_us {time_us} is no whole number below 2^53");
         return Err(PyValueError::new_err(said));
     }
     let time_us = time_us as u64;

@@ -27,10 +27,13 @@ pub fn settings(
             return Err(SettingsError::new_err(said));
         }
     };
-    let inference = if frozen_spreads {
-        inference.frozen()
-    } else {
-        inference
+    let inference = match inference {
+        Inference::Passes(_) if frozen_spreads => inference.frozen(),
+        _ if frozen_spreads => {
+            let said = "frozen_spreads: without passes there is nothing to freeze";
+            return Err(SettingsError::new_err(said));
+        }
+        as_it_is => as_it_is,
     };
     Ok(Settings {
         correction,

@@ -10,6 +10,21 @@ import pytest
 from numpy.lib import recfunctions
 
 
+class Frame:
+    """What a data frame is to NumPy: numbers in the order that its columns happen to have."""
+
+    def __init__(self, rows, names):
+        order = range(len(names))[::-1]
+        self.columns = [names[i] for i in order]
+        self.rows = rows[:, order]
+
+    def __getitem__(self, name):
+        return self.rows[:, self.columns.index(name)]
+
+    def __array__(self, *_, **__):
+        return self.rows
+
+
 def same(first, second):
     return np.array_equal(first.position_m, second.position_m) and np.array_equal(first.mode, second.mode)
 
@@ -30,6 +45,8 @@ def test_every_form_of_readings_is_the_same_flight(model):
     without = recfunctions.drop_fields(named, ["range_rate_mps", "sigma_range_rate_mps"])
     assert same(bnkf.track(model, without), bnkf.track(model, deaf))
     assert not same(bnkf.track(model, deaf), expected)
+    # Columns in another order, with names, as a data frame has them.
+    assert same(bnkf.track(model, Frame(rows, bnkf.COLUMNS[:9])), expected)
     with_sensor[:, 9] = 5
     moved = bnkf.track(model, with_sensor)
     assert np.allclose(moved.position_m[-2] - expected.position_m[-2], [5, 0, 0], atol=0.2)
@@ -57,6 +74,8 @@ def test_refused_rows_are_named_and_the_track_goes_on(model):
         (np.full((1, 9), np.nan), "row 0: time_us NaN is no whole number"),
         (np.full((1, 9), 0.5), "row 0: time_us 0.5 is no whole number"),
         (np.full((1, 9), -1.0), "row 0: time_us -1 is no whole number"),
+        (np.full((1, 9), 2.0**53), "row 0: time_us 9007199254740992 is no whole number below"),
+        (np.ma.masked_invalid(np.zeros((3, 9))), "a masked array"),
         (np.zeros(3, dtype=[("range_m", float)]), "no column time_us"),
         (np.zeros((3, 2), dtype=[("time_us", float)]), r"shape \[3, 2\] of named columns"),
     ],

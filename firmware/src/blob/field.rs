@@ -57,9 +57,6 @@ pub const RECURSIVE_PARAMETERS_BEFORE: usize = 32;
 /// Outputs of a recursive blob's network: schedule, factor, the network's notes to itself.
 pub const RECURSIVE_OUTPUTS: usize = 36;
 
-/// Bytes of one normalisation entry: two f32 (mean, inverse scale for inputs; mean, scale for outputs).
-pub const NORMALISATION_LEN: usize = 8;
-
 /// Layer table entry: inputs, u16.
 pub const LAYER_INPUTS: Range<usize> = 0..2;
 /// Layer table entry: outputs, u16.

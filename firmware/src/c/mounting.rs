@@ -4,6 +4,7 @@
 use super::measurement::BnkfSensed;
 use super::pointer::Room;
 use super::status::{BnkfStatus, said};
+use crate::measurement::ANGLE_SIGMA_RAD;
 use crate::mounting::Mounting;
 
 /// A direction in the track's axes.
@@ -19,7 +20,7 @@ pub struct BnkfDirection {
 }
 
 /// A direction in the axes of a sensor that is turned by yaw, pitch and roll (rad), as one in the track's axes; what
-/// is not finite is named, and nothing is written then.
+/// is not finite, and a sigma that no measurement may have, is named, and nothing is written then.
 ///
 /// # Safety
 /// `direction` is room for a direction.
@@ -41,6 +42,16 @@ pub unsafe extern "C" fn bnkf_mounting_direction(
     }
     if !finite(&[azimuth.value, azimuth.sigma]) {
         return BnkfStatus::AzimuthNotFinite;
+    }
+    let is_sigma = |angle: &BnkfSensed| {
+        let [least, most] = ANGLE_SIGMA_RAD;
+        (least..=most).contains(&angle.sigma)
+    };
+    if !is_sigma(&elevation) {
+        return BnkfStatus::ElevationSigma;
+    }
+    if !is_sigma(&azimuth) {
+        return BnkfStatus::AzimuthSigma;
     }
     // SAFETY: by contract.
     said(unsafe { Room::new(direction) }.map(|room| {

@@ -203,12 +203,41 @@ fn null_and_misaligned_pointers_are_refused() {
         (f32::NAN, fine, fine, BnkfStatus::SensorNotFinite),
         (0.0, endless, fine, BnkfStatus::ElevationNotFinite),
         (0.0, fine, endless, BnkfStatus::AzimuthNotFinite),
+        (
+            0.0,
+            BnkfSensed {
+                sigma: -0.01,
+                ..fine
+            },
+            fine,
+            BnkfStatus::ElevationSigma,
+        ),
+        (
+            0.0,
+            fine,
+            BnkfSensed { sigma: 5.0, ..fine },
+            BnkfStatus::AzimuthSigma,
+        ),
     ] {
         // SAFETY: refused.
         let status =
             unsafe { bnkf_mounting_direction(0.0, angle, 0.0, elevation, azimuth, null_mut()) };
         assert_eq!(status, expected);
     }
+    // Nothing asked for needs no room.
+    // SAFETY: no time and no estimate are touched.
+    let status = unsafe {
+        let none = (null(), null_mut());
+        bnkf_track_forecasts(
+            &mut life.track,
+            &life.model,
+            &mut life.workspace,
+            none.0,
+            0,
+            none.1,
+        )
+    };
+    assert_eq!(status, BnkfStatus::Ok);
     // No call that was refused has touched the track.
     assert_eq!(life.step(&plot(1_000_000)), BnkfStatus::Ok);
 }

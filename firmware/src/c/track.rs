@@ -65,7 +65,8 @@ pub unsafe extern "C" fn bnkf_track_step(
     })
 }
 
-/// The estimate at a time without a measurement, at most 60 s ahead; the covariance grows.
+/// The estimate at a time without a measurement, at most 60 s ahead; the covariance grows. `BNKF_STATUS_LOST`: the
+/// target was forgotten, and the next measurement starts anew.
 ///
 /// # Safety
 /// As of `bnkf_track_step`.
@@ -104,7 +105,9 @@ pub unsafe extern "C" fn bnkf_track_forecasts(
     // SAFETY: by contract.
     said(unsafe {
         Asked::new(track, model, workspace).and_then(|on| {
-            check(forecasts)?;
+            if count > 0 {
+                check(forecasts)?;
+            }
             let times_us = slice(times_us, count)?;
             // Each is smaller than the room for its estimate, which is an object too.
             on.track

@@ -13,7 +13,7 @@ use crate::ekf::{Corrected, EkfError, correct_polar, correct_position};
 use crate::estimate::{Doubt, Estimate, Mode, NIS_MAX, Outcome, POSITION_SIGMA_MAX_M};
 use crate::inference::Inference;
 use crate::likelihood::Likelihood;
-use crate::measurement::{Measurement, Vectors};
+use crate::measurement::{Channel, Measurement, Vectors};
 use crate::network::monte_carlo::{self, Moments, Sampling};
 use crate::network::repeats::Repeats;
 use crate::network::{Network, moments};
@@ -180,6 +180,10 @@ impl Memoryless<'_, '_> {
         let ahead = self.ahead(measurement.time_us)?;
         let mut vectors = Vectors::from(measurement);
         vectors.present[3] = 0.0;
+        if vectors.present == [0.0; 4] {
+            // A range-rate alone, which it knows nothing of.
+            return Err(StepError::Missing(Channel::Range));
+        }
         let spoilt = StepError::Correction(EkfError::NotFinite);
         let corrected = corrected(&ahead.position_m, &ahead.covariance_m2, &vectors)?;
         let expected = predict(ahead.position_m, [0.0; 3]).measurement;

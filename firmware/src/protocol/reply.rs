@@ -181,9 +181,9 @@ pub enum RefusalCode {
     Blob,
     /// `Reset` asked for settings this blob cannot run with.
     Settings,
-    /// `Step` or `Coast` before the first accepted `Reset`.
+    /// The track was asked for something before the first accepted `Reset`.
     NotReset,
-    /// `Coast` before the first measurement of a track.
+    /// `Coast`, `Forecast` or `Likelihood` before the first measurement of a track.
     NotStarted,
     /// A measured value, a standard deviation or the sensor is outside its limits, or a value that is
     /// needed is missing.

@@ -100,6 +100,7 @@ impl Binned {
 }
 
 /// `steps` in the bins of every quantity, each step once in each, in the order of [`By::ALL`].
+#[cfg(test)]
 pub fn binned(steps: impl Iterator<Item = (Motion, StepScore)>) -> Vec<BinSums> {
     let mut binned = Binned::default();
     for (motion, score) in steps {
