@@ -24,15 +24,18 @@ impl Batch {
     /// Groups of [`LANES`] encounters in order; the last group repeats its first encounter, without
     /// weight, where there are not enough.
     pub fn groups(encounters: &[Encounter]) -> Vec<Self> {
-        encounters.chunks(LANES).map(Self::of).collect()
+        let of = |group| Self::of(group, longest(group));
+        encounters.chunks(LANES).map(of).collect()
     }
 
-    fn of(encounters: &[Encounter]) -> Self {
-        let steps = encounters
-            .iter()
-            .map(|e| e.arrivals.len())
-            .max()
-            .unwrap_or(0);
+    /// As [`Self::groups`], but every group has the steps of the longest encounter of all.
+    pub fn groups_alike(encounters: &[Encounter]) -> Vec<Self> {
+        let steps = longest(encounters);
+        let of = |group| Self::of(group, steps);
+        encounters.chunks(LANES).map(of).collect()
+    }
+
+    fn of(encounters: &[Encounter], steps: usize) -> Self {
         let mut batch = Self {
             start: vec![ZERO; CARRY],
             arrivals: vec![[ZERO; ARRIVAL]; steps],
@@ -67,8 +70,14 @@ impl Batch {
         batch
     }
 
-    /// Steps of the longest encounter.
+    /// Steps of the group, padding included.
     pub fn steps(&self) -> usize {
         self.arrivals.len()
     }
+}
+
+/// Steps of the longest of `encounters`.
+fn longest(encounters: &[Encounter]) -> usize {
+    let steps = encounters.iter().map(|e| e.arrivals.len());
+    steps.max().unwrap_or(0)
 }

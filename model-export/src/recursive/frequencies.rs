@@ -9,6 +9,7 @@ use super::carry::Carry;
 use super::encounter::Encounter;
 use super::model::RecursiveModel;
 use super::network::sampling::Sampling;
+use super::network::weights::Weights;
 use super::score::WINDOW;
 use super::step::Weighing;
 use super::step_programs::Programs;
@@ -34,22 +35,7 @@ pub fn learned(model: &RecursiveModel, encounters: &[Encounter]) -> Hypotheses<f
         let programs = Programs::new(&parameters, &model.normalisation, Weighing::All);
         let counts = encounters
             .par_chunks(2 * LANES)
-            .map(|chunk| {
-                let batches = Batch::groups(chunk);
-                let mut run = Unrolled::new(&programs, batches.len(), WINDOW, 0.0);
-                run.whole(&weights, &batches, |_, _, _| ());
-                let mut counts = [0.0; HYPOTHESES];
-                for (group, batch) in batches.iter().enumerate() {
-                    for lane in 0..batch.used {
-                        let flat = run.carry(0, group).iter().map(|number| number[lane]);
-                        let carry = Carry::unflatten(&flat.collect::<Vec<f64>>());
-                        for (sum, count) in counts.iter_mut().zip(carry.memory.counts) {
-                            *sum += count;
-                        }
-                    }
-                }
-                counts
-            })
+            .map(|chunk| counts(&programs, &weights, chunk))
             .collect::<Vec<_>>();
         let mut total = [0.0; HYPOTHESES];
         for counts in counts {
@@ -60,6 +46,24 @@ pub fn learned(model: &RecursiveModel, encounters: &[Encounter]) -> Hypotheses<f
         parameters.hypotheses = posterior(&shipped, &total);
     }
     parameters.hypotheses
+}
+
+/// How often each hypothesis held in a few groups of encounters.
+fn counts(programs: &Programs, weights: &Weights, encounters: &[Encounter]) -> [f64; HYPOTHESES] {
+    let batches = Batch::groups_alike(encounters);
+    let mut run = Unrolled::new(programs, batches.len(), WINDOW, 0.0);
+    run.whole(weights, &batches, |_, _, _| ());
+    let mut counts = [0.0; HYPOTHESES];
+    for (group, batch) in batches.iter().enumerate() {
+        for lane in 0..batch.used {
+            let flat = run.carry(0, group).iter().map(|number| number[lane]);
+            let carry = Carry::unflatten(&flat.collect::<Vec<f64>>());
+            for (sum, count) in counts.iter_mut().zip(carry.memory.counts) {
+                *sum += count;
+            }
+        }
+    }
+    counts
 }
 
 /// The shipped hypotheses with the manoeuvres' frequencies that `counts` make of them.
@@ -79,6 +83,28 @@ fn posterior(shipped: &Hypotheses<f64>, counts: &[f64; HYPOTHESES]) -> Hypothese
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recursive::network::Network;
+    use crate::recursive::normalisation::Normalisation;
+    use crate::recursive::unrolled::tests::unequal;
+    use bnkf::recursive::parameters::Parameters;
+
+    #[test]
+    fn a_longer_group_is_counted_to_its_end() {
+        let programs = Programs::new(&Parameters::PAPER, &Normalisation::IDENTITY, Weighing::All);
+        let weights = Network::new(7).weights(Tier::detect(), Sampling::Nothing);
+        let encounters = unequal(LANES + 1);
+        let together = counts(&programs, &weights, &encounters);
+        let mut alone = [0.0; HYPOTHESES];
+        for encounter in encounters.chunks(1) {
+            let counts = counts(&programs, &weights, encounter);
+            for (sum, count) in alone.iter_mut().zip(counts) {
+                *sum += count;
+            }
+        }
+        for (together, alone) in together.into_iter().zip(alone) {
+            assert!((together / alone - 1.0).abs() < 1e-9, "{together} {alone}");
+        }
+    }
 
     #[test]
     fn counts_move_the_manoeuvres_and_nothing_else() {

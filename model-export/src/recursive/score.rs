@@ -42,7 +42,7 @@ impl Score {
     }
 
     fn sums(programs: &Programs, weights: &Weights, encounters: &[Encounter]) -> (Sums, usize) {
-        let batches = Batch::groups(encounters);
+        let batches = Batch::groups_alike(encounters);
         let mut run = Unrolled::new(programs, batches.len(), WINDOW, 0.0);
         let mut sums = Sums::default();
         let loss = run.whole(weights, &batches, |run, at, step| {
@@ -58,5 +58,39 @@ impl Score {
             }
         });
         (sums, loss.lost)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::Tier;
+    use crate::recursive::network::Network;
+    use crate::recursive::network::sampling::Sampling;
+    use crate::recursive::normalisation::Normalisation;
+    use crate::recursive::step::Weighing;
+    use crate::recursive::unrolled::tests::unequal;
+    use bnkf::recursive::parameters::Parameters;
+
+    /// Two groups, of which one ends before the other: every step of both counts, as in each alone.
+    #[test]
+    fn a_longer_group_is_scored_to_its_end() {
+        let programs = Programs::new(&Parameters::PAPER, &Normalisation::IDENTITY, Weighing::All);
+        let weights = Network::new(7).weights(Tier::detect(), Sampling::Nothing);
+        let encounters = unequal(LANES + 1);
+        let steps: usize = encounters.iter().map(|e| e.arrivals.len()).sum();
+        let steps = steps as u64;
+        let together = Score::of(&programs, &weights, &encounters);
+        assert_eq!(together.means.steps, steps);
+        let (mut distance_m, mut nees) = (0.0, 0.0);
+        for encounter in encounters.chunks(1) {
+            let alone = Score::of(&programs, &weights, encounter).means;
+            distance_m += alone.steps as f64 * alone.distance_m;
+            nees += alone.steps as f64 * alone.nees;
+        }
+        let means = [together.means.distance_m, together.means.nees];
+        for (mean, sum) in means.into_iter().zip([distance_m, nees]) {
+            assert!((mean * steps as f64 / sum - 1.0).abs() < 1e-9, "{mean}");
+        }
     }
 }

@@ -132,8 +132,8 @@ impl<'p> Unrolled<'p> {
         loss
     }
 
-    /// Runs every flight from its start to the end of the shortest, window by window, and calls `visit`
-    /// after every step with its place in the window and in the flight.
+    /// Runs every flight from its start to its end, window by window, and calls `visit` after every step with
+    /// its place in the window and in the flight. The batches are equally long ([`Batch::groups_alike`]).
     pub fn whole(
         &mut self,
         weights: &Weights,
@@ -141,7 +141,7 @@ impl<'p> Unrolled<'p> {
         mut visit: impl FnMut(&Self, usize, usize),
     ) -> WindowLoss {
         self.begin(batches);
-        let steps = batches.iter().map(Batch::steps).min().unwrap_or(0);
+        let steps = batches.iter().map(Batch::steps).max().unwrap_or(0);
         let mut total = WindowLoss::default();
         let mut from = 0;
         while from < steps {
@@ -333,4 +333,4 @@ fn bound(adjoints: &mut [Lanes], scale: f64) {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

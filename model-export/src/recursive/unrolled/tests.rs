@@ -3,6 +3,7 @@
 use super::*;
 use crate::flights::generator::{GeneratorSettings, generate};
 use crate::recursive::carry::Carry;
+use crate::recursive::encounter::Encounter;
 use crate::recursive::network::Network;
 use crate::recursive::network::sampling::Sampling;
 use crate::recursive::network::shape::{LAYERS, PARAMETERS};
@@ -14,17 +15,33 @@ use bnkf::recursive::parameters::Parameters;
 
 const STEPS: usize = 25;
 
-fn batches() -> Vec<Batch> {
+fn encounters(count: usize) -> Vec<Encounter> {
     let settings = GeneratorSettings {
         flights: 8,
         ..GeneratorSettings::default()
     };
     let flights = generate(&settings).unwrap();
     let population = population_of(&flights).unwrap();
-    let encounters: Vec<_> = (0..2 * LANES)
+    (0..count)
         .filter_map(|lane| Recipe::DEFAULT.encounter(&flights, &population, 0, lane))
-        .collect();
-    Batch::groups(&encounters)
+        .collect()
+}
+
+/// Encounters of different lengths, the last ones the shortest.
+pub fn unequal(count: usize) -> Vec<Encounter> {
+    let mut encounters = encounters(count);
+    assert_eq!(encounters.len(), count);
+    for (index, encounter) in encounters.iter_mut().enumerate() {
+        let steps = 17 + 2 * (count - index);
+        encounter.arrivals.truncate(steps);
+        encounter.truths_m.truncate(steps);
+        assert_eq!(encounter.arrivals.len(), steps);
+    }
+    encounters
+}
+
+fn batches() -> Vec<Batch> {
+    Batch::groups(&encounters(2 * LANES))
 }
 
 fn network() -> Network {
