@@ -117,8 +117,13 @@ pub fn state_dict(pickle: &[u8]) -> Result<Vec<TensorRecord<'_>>, PickleError> {
     let Value::Dictionary(place) = result else {
         return Err(PickleError::NotTensors("the whole".to_owned()));
     };
-    let entries = machine.dictionaries.get(place).into_iter().flatten();
-    let records = entries.map(|entry| match entry {
+    let entries = machine.dictionaries.get(place).map(Vec::as_slice);
+    let entries = entries.unwrap_or_default();
+    // One tensor, memoised, can stand under any number of names.
+    if entries.len() > TENSORS_MAX {
+        return Err(PickleError::Tensors);
+    }
+    let records = entries.iter().map(|entry| match entry {
         [Value::Text(name), Value::Tensor(place)] => {
             let record = machine.tensors.get(*place).cloned();
             record.map(|record| TensorRecord { name, ..record })

@@ -106,6 +106,23 @@ fn operations_on_what_is_not_there_are_refused() {
     assert!(matches!(refused, PickleError::Misfit { .. }), "{refused}");
 }
 
+/// One tensor under `names` names, three bytes of pickle and a name each.
+fn many_names(names: usize) -> Vec<u8> {
+    let mut bytes = pickle("FloatStorage", REBUILD);
+    let end = bytes.windows(4).position(|four| four == b"tRu}").unwrap();
+    let more = b"X\x01\x00\x00\x00wh\x05".repeat(names - 1);
+    bytes.splice(end + 2..end + 2, [&b"q\x05"[..], &more].concat());
+    bytes
+}
+
+#[test]
+fn a_tensor_has_no_more_names_than_a_file_has_tensors() {
+    let bytes = many_names(TENSORS_MAX);
+    assert_eq!(state_dict(&bytes).map(|r| r.len()), Ok(TENSORS_MAX));
+    let bytes = many_names(TENSORS_MAX + 1);
+    assert_eq!(state_dict(&bytes), Err(PickleError::Tensors));
+}
+
 /// As many values as operations, and a bounded number of tensors.
 #[test]
 fn what_would_fill_the_memory_is_refused() {
