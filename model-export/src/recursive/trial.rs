@@ -40,8 +40,8 @@ pub struct Cell {
 /// How the firmware's tracker did, and what it had to do.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TrackerScore {
-    /// Distance, NEES and coverage of every step after the start; a refused step counts as lost
-    /// and is scored with the estimate before it.
+    /// Distance, NEES and coverage of every step after the first; a refused step counts as lost and is scored with
+    /// the estimate before it, as unusable where there is none.
     pub score: Score,
     /// Measurements outside the gate.
     pub rejected: usize,
@@ -87,7 +87,7 @@ impl Cell {
             .collect()
     }
 
-    /// Runs the firmware's tracker over every trial.
+    /// Runs the firmware's tracker over every trial that has a first reading to start from, as [`Self::encounters`].
     ///
     /// # Errors
     /// The blob is of another kind.
@@ -101,16 +101,16 @@ impl Cell {
             inference,
             seed,
         };
-        Tracker::new(blob, settings(0))?;
         let parts: Vec<Part> = self
             .trials
             .par_iter()
             .enumerate()
-            .filter_map(|(index, trial)| {
-                let tracker = Tracker::new(blob, settings(index as u64)).ok()?;
-                trial.track(tracker).ok()
+            .filter(|(_, trial)| trial.readings.first().is_some_and(Option::is_some))
+            .map(|(index, trial)| {
+                let tracker = Tracker::new(blob, settings(index as u64))?;
+                Ok(trial.track(tracker))
             })
-            .collect();
+            .collect::<Result<_, TrackerError>>()?;
         let total = parts.into_iter().fold(Part::default(), Part::join);
         Ok(TrackerScore {
             score: Score {
@@ -139,28 +139,24 @@ impl Trial {
     }
 
     /// Runs a tracker over the trial.
-    ///
-    /// # Errors
-    /// The first measurement was refused, so there is nothing to score.
-    fn track(&self, tracker: Tracker<'_>) -> Result<Part, StepError> {
+    fn track(&self, tracker: Tracker<'_>) -> Part {
         let mut part = Part::default();
-        let mut answers = self.answers(tracker);
-        let Some((_, first)) = answers.next() else {
-            return Ok(part);
-        };
-        let mut latest = first?;
-        for (sample, answer) in answers {
+        let mut latest = None;
+        for (index, (sample, answer)) in self.answers(tracker).enumerate() {
             match answer {
                 Ok(estimate) => {
                     part.rejected += usize::from(estimate.mode == Mode::Rejected);
                     part.restarted += usize::from(estimate.mode == Mode::Restarted);
-                    latest = estimate;
+                    latest = Some(estimate);
                 }
                 Err(_) => part.lost += 1,
             }
-            part.sums.add(&score(&latest, sample));
+            if index > 0 {
+                let scored = latest.as_ref().map(|estimate| score(estimate, sample));
+                part.sums.add(&scored.unwrap_or(StepScore::UNUSABLE));
+            }
         }
-        Ok(part)
+        part
     }
 }
 
@@ -223,5 +219,35 @@ mod tests {
             assert!((score.surprise - expected.surprise).abs() < 0.02);
             assert!(expected.surprise != 0.0);
         }
+    }
+
+    /// The first measurement of the first flight is further than any radar sees; the second flight has none.
+    #[test]
+    fn a_refused_start_is_a_lost_step() {
+        let settings = GeneratorSettings {
+            flights: 3,
+            ..GeneratorSettings::default()
+        };
+        let flights = generate(&settings).unwrap();
+        let mut cell = Scenario::Paper.cells(&flights, 5).remove(0);
+        let blob = Blob::parse(include_bytes!("../../../models/recursive.bnkf")).unwrap();
+        let whole = cell.track(blob, Inference::Mean).unwrap().score;
+        let steps: usize = flights.iter().map(|flight| flight.samples.len() - 1).sum();
+        assert_eq!((whole.lost, whole.means.steps), (0, steps as u64));
+        if let Some(reading) = &mut cell.trials[0].readings[0] {
+            reading.range_m = 1e9;
+        }
+        cell.trials[1].readings[0] = None;
+        let steps = steps - (flights[1].samples.len() - 1);
+        let found = cell.track(blob, Inference::Mean).unwrap().score;
+        assert_eq!((found.lost, found.means.steps), (1, steps as u64));
+        assert!(found.means.distance_m.is_finite());
+        // Its second is refused as well: nothing stands for it.
+        if let Some(reading) = &mut cell.trials[0].readings[1] {
+            reading.range_m = 1e9;
+        }
+        let found = cell.track(blob, Inference::Mean).unwrap().score;
+        assert_eq!((found.lost, found.means.steps), (2, steps as u64));
+        assert!(found.means.distance_m.is_nan());
     }
 }
