@@ -61,6 +61,9 @@ pub fn read_flight(path: &Path, options: &ReadOptions) -> Result<FlightFile, Fli
 pub fn parse(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<FlightFile, Located> {
     let of_log = |form: &str, log: Result<ulog::Rows, FlightFileCause>| {
         let ulog::Rows { rows, mut notes } = log.map_err(|cause| (None, cause))?;
+        if rows.len() > SAMPLES_MAX {
+            return Err((None, FlightFileCause::TooManySamples));
+        }
         notes.insert(0, format!("read as {form}"));
         let flight = Flight::from_track(name, name, &rows);
         let flight = flight.map_err(|error| (None, FlightFileCause::Track(error)))?;
@@ -95,4 +98,34 @@ pub fn parse(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<FlightFi
         }
     }
     Ok(file)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An ArduPilot log of `positions` positions, seven bytes each.
+    fn log(positions: usize) -> Vec<u8> {
+        let mut bytes = dataflash::MAGIC.to_vec();
+        bytes.extend([1, 7]);
+        for (text, length) in [("XKF1", 4), ("BBBB", 16), ("TimeUS,PN,PE,PD", 64)] {
+            bytes.extend(text.bytes());
+            bytes.resize(bytes.len() + length - text.len(), 0);
+        }
+        bytes.extend(b"\xA3\x95\x01\x01\x02\x03\x04".repeat(positions));
+        bytes
+    }
+
+    #[test]
+    fn a_log_of_more_samples_than_a_flight_has_is_refused_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("long.bin");
+        std::fs::write(&path, log(SAMPLES_MAX + 1)).unwrap();
+        let error = read_flight(&path, &ReadOptions::default()).unwrap_err();
+        let said = format!("{}: more than {SAMPLES_MAX} samples", path.display());
+        assert_eq!(error.to_string(), said);
+        // As many as there may be, though all of one time.
+        let refused = parse(&log(SAMPLES_MAX), "long.bin", &ReadOptions::default());
+        assert!(matches!(refused, Err((None, FlightFileCause::Track(_)))));
+    }
 }
