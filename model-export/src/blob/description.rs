@@ -19,11 +19,15 @@ const POLAR: [(&str, &str); 13] = [
     ("time between", "s"),
 ];
 
-/// Everything that the blob in `bytes` says: header, units, normalisation, layers, sizes and the
+/// Characters of the longest parameter's name.
+const PARAMETER: usize = 40;
+
+/// Everything that the blob in `bytes` says: header, units, parameters, normalisation, layers, sizes and the
 /// distribution of the standard deviations. `blob` is the view over `bytes`.
 #[must_use]
 pub fn describe(bytes: &[u8], blob: &Blob<'_>) -> String {
     let mut text = header(bytes, blob);
+    text += &parameters(blob);
     text += &normalisation(blob);
     for (index, network) in blob.networks().enumerate() {
         text += &layers(index, network);
@@ -48,11 +52,6 @@ fn header(bytes: &[u8], blob: &Blob<'_>) -> String {
     let mut activations: Vec<String> = activations.collect();
     activations.dedup();
     let activation = activations.join(", ");
-    let parameters: Vec<String> = blob
-        .parameters()
-        .iter()
-        .map(|p| format!("{p:.4}"))
-        .collect();
     format!(
         "format      version {}, {} bytes\n\
          CRC-32      {:08x}\n\
@@ -61,21 +60,27 @@ fn header(bytes: &[u8], blob: &Blob<'_>) -> String {
          features    {features} ({} inputs)\n\
          activation  {activation}\n\
          units       m, s, rad, m/s\n\
-         passes      {}\n\
-         parameters  {} (velocity sigma m/s, acceleration sigma m/s^2{})\n",
+         passes      {}\n",
         blob.version(),
         bytes.len(),
         blob.checksum(),
         data_hash::of_bytes(bytes),
         blob.features().len(),
         blob.passes(),
-        parameters.join(", "),
-        if parameters.len() > 2 {
-            ", then as in BLOB.md"
-        } else {
-            ""
-        },
     )
+}
+
+fn parameters(blob: &Blob<'_>) -> String {
+    let mut text = format!("\n{:<PARAMETER$}{:>12}\n", "parameter", "value");
+    let limits = blob.kind().parameter_limits();
+    for (value, limits) in blob.parameters().iter().zip(limits) {
+        // `{:?}` is the shortest text that reads back as the same number, of any size.
+        row(
+            &mut text,
+            &format!("{:<PARAMETER$}{:>12}", limits.name, format!("{value:?}")),
+        );
+    }
+    text
 }
 
 fn normalisation(blob: &Blob<'_>) -> String {
@@ -188,7 +193,7 @@ fn row(text: &mut String, line: &str) {
 
 #[cfg(test)]
 mod tests {
-    use super::describe;
+    use super::{PARAMETER, describe};
     use bnkf::blob::Blob;
 
     #[test]
@@ -229,5 +234,33 @@ mod tests {
             .parse()
             .unwrap();
         assert_eq!(weights + zeros, total);
+    }
+
+    /// Each by its name and as it is, however small.
+    #[test]
+    fn parameters_are_named_and_read_back() {
+        let blobs: [&[u8]; 2] = [
+            include_bytes!("../../../models/bnkf.bnkf"),
+            include_bytes!("../../../models/recursive.bnkf"),
+        ];
+        let firsts = ["speed sigma [m/s]", "mean range [m]"];
+        for (bytes, first) in blobs.into_iter().zip(firsts) {
+            let blob = Blob::parse(bytes).unwrap();
+            let text = describe(bytes, &blob);
+            let mut lines = text
+                .lines()
+                .skip_while(|line| !line.starts_with("parameter "));
+            lines.next();
+            let shown: Vec<(&str, f32)> = lines
+                .take_while(|line| !line.is_empty())
+                .map(|line| line.rsplit_once(' ').unwrap())
+                .map(|(name, value)| (name.trim_end(), value.parse().unwrap()))
+                .collect();
+            let names = blob.kind().parameter_limits().iter().map(|l| l.name);
+            let expected: Vec<_> = names.zip(blob.parameters().iter()).collect();
+            assert_eq!(shown[0].0, first);
+            assert_eq!(shown, expected);
+            assert!(shown.iter().all(|(name, _)| name.len() < PARAMETER));
+        }
     }
 }
