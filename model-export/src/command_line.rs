@@ -59,11 +59,15 @@ mod tests {
         assert_eq!(quote("it's"), "'it'\\''s'");
         assert!(command_line("program").starts_with("program"));
     }
+
     #[test]
     fn where_the_work_was_done_is_left_out() {
         let words = "evaluate --shard 1/4 --folds 5 --merge --shard=2/4 --shards x --work --work w";
         let words = words.split(' ').map(str::to_owned);
         let left: Vec<_> = without(words, &["--merge"], &["--shard", "--work"]).collect();
         assert_eq!(left, ["evaluate", "--folds", "5", "--shards", "x", "w"]);
+        let words = ["--flights", "my --resume/d", "--resume"].map(str::to_owned);
+        let left: Vec<_> = without(words.into_iter(), &["--resume"], &[]).collect();
+        assert_eq!(left, ["--flights", "my --resume/d"]);
     }
 }

@@ -104,6 +104,9 @@ fn an_interrupted_run_continues_to_the_same_bytes() {
         let read = |name: &str| std::fs::read(folder.join(format!("{name}.bnkf{ending}"))).unwrap();
         assert!(read("whole") == read("part"), "{ending}");
     }
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    let whole = read("whole.bnkf.json").replace("whole.bnkf --threads 2", "part.bnkf");
+    assert_eq!(whole, read("part.bnkf.json"));
     assert!(!folder.join("part.bnkf.checkpoint").exists());
 }
 

@@ -6,6 +6,7 @@ use super::train_memoryless::{self, MemorylessArgs};
 use super::train_recursive::{self, RecursiveArgs};
 use crate::atomic_file::{self, AtomicWriteError};
 use crate::blob::unrounded;
+use crate::command_line::command_line_without;
 use crate::flights::held_out::HeldOutError;
 use crate::interrupt::Interrupt;
 use crate::memoryless::checkpoint::CheckpointError;
@@ -188,6 +189,11 @@ pub fn checkpoint_path(out: &Path) -> PathBuf {
 }
 
 impl Run<'_> {
+    /// The command that makes what the run makes: a resumed run ends with the same bytes as the whole one.
+    pub fn command(&self) -> String {
+        command_line_without("model-export", &["--resume"], &[])
+    }
+
     /// The checkpoint to go on from; `None` for a run from the start.
     ///
     /// # Errors

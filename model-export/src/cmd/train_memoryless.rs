@@ -4,7 +4,6 @@ use super::train::{CHECKPOINT_BYTES_MAX, Outcome, Run, TrainError};
 use crate::atomic_file;
 use crate::blob::quantise::{layer_errors, quantise};
 use crate::blob::unrounded;
-use crate::command_line::command_line;
 use crate::flights::data_hash;
 use crate::flights::held_out::HeldOut;
 use crate::kernel::Tier;
@@ -269,7 +268,7 @@ fn write(
     let model = model(settings, data, networks);
     let blob = model.blob()?;
     let provenance = Provenance {
-        command: command_line("model-export"),
+        command: run.command(),
         version: env!("CARGO_PKG_VERSION"),
         data: source,
         data_sha256: data.sha256.clone(),

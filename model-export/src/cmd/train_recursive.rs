@@ -5,7 +5,6 @@ use super::train::{Outcome, Run, TrainError};
 use crate::atomic_file;
 use crate::blob::quantise::layer_errors;
 use crate::blob::unrounded;
-use crate::command_line::command_line;
 use crate::flights::data_hash;
 use crate::flights::generator::{GeneratorSettings, generate};
 use crate::memoryless::provenance::path_beside;
@@ -190,8 +189,7 @@ pub fn write(
     let held_out = held_out(&model, Blob::parse(&blob)?, scenario)?;
     let weights = model.weights();
     let provenance = Provenance {
-        // A resumed run ends with the same bytes, so the command that makes them is the whole one.
-        command: command_line("model-export").replace(" --resume", ""),
+        command: run.command(),
         version: env!("CARGO_PKG_VERSION"),
         data: named.source.clone(),
         data_sha256: data_hash::of_flights(&named.flights),
