@@ -301,6 +301,49 @@ fn wrong_inputs_are_named_in_one_line() {
     }
 }
 
+/// An option that would do nothing is refused, and named.
+#[test]
+fn options_without_a_meaning_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let models = concat!(env!("CARGO_MANIFEST_DIR"), "/../models/");
+    let [bnkf, recursive] = ["bnkf.bnkf", "recursive.bnkf"].map(|name| format!("{models}{name}"));
+    let refused = |arguments: &str, code: i32| {
+        let arguments: Vec<&str> = arguments.split(' ').collect();
+        let output = run(folder.path(), &arguments);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
+        said
+    };
+    for option in ["--noise-table printed", "--rows 5", "--passes 50"] {
+        let said = refused(&format!("verify {recursive} {option}"), 1);
+        let (name, _) = option.split_once(' ').unwrap();
+        let expected = format!("error: {name} does not apply to a recursive blob\n");
+        assert_eq!(said, expected);
+    }
+    for option in [
+        "--scenario counter-uas",
+        "--tracker-passes 2",
+        "--speed 2",
+        "--size 2",
+    ] {
+        let said = refused(&format!("verify {bnkf} {option}"), 1);
+        let (name, _) = option.split_once(' ').unwrap();
+        let expected = format!("error: {name} does not apply to a memoryless blob\n");
+        assert_eq!(said, expected);
+    }
+    for option in ["--flights 3", "--passes 2", "--moments"] {
+        let said = refused(&format!("stress {recursive} --hostile 1 {option}"), 2);
+        assert!(said.contains("cannot be used with"), "{said}");
+    }
+    for option in ["--segment-s 5", "--place", "--resample 5"] {
+        let said = refused(&format!("train --out m.bnkf --builtin 2 {option}"), 2);
+        assert!(said.contains("cannot be used with"), "{said}");
+        // Nor without flights of one's own.
+        let said = refused(&format!("verify {bnkf} {option}"), 2);
+        assert!(said.contains("--flights <PATH>"), "{said}");
+    }
+}
+
 #[test]
 fn a_model_is_tuned_on_own_flights() {
     let folder = tempfile::tempdir().unwrap();

@@ -21,7 +21,8 @@ pub struct FlightSource {
     #[command(flatten)]
     pub reading: ReadOptions,
     /// Number of built-in flights of 15 s, instead of a folder
-    #[arg(long, value_name = "N", value_parser = flight_count, conflicts_with_all = ["time_unit", "frame", "columns"])]
+    #[arg(long, value_name = "N", value_parser = flight_count,
+        conflicts_with_all = ["time_unit", "frame", "columns", "resample", "segment_s", "place"])]
     pub builtin: Option<usize>,
     /// Seed of the built-in flights
     #[arg(
@@ -32,10 +33,10 @@ pub struct FlightSource {
     )]
     pub builtin_seed: u64,
     /// Length of the segments that flights are cut into, seconds; 0 keeps them whole
-    #[arg(long, value_name = "S", default_value_t = PAPER_SEGMENT_S)]
+    #[arg(long, value_name = "S", default_value_t = PAPER_SEGMENT_S, requires = "flights")]
     pub segment_s: f64,
     /// Moves every segment at random (yaw, mirror, shift) into the paper's volume
-    #[arg(long)]
+    #[arg(long, requires = "flights")]
     pub place: bool,
 }
 

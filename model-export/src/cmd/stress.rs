@@ -22,7 +22,8 @@ pub struct Args {
     #[arg(required = true, value_name = "MODEL")]
     models: Vec<PathBuf>,
     /// Attack each blob with this many calls instead of flying
-    #[arg(long, value_name = "CALLS", value_parser = clap::value_parser!(u64).range(1..=10_000_000_000))]
+    #[arg(long, value_name = "CALLS", value_parser = clap::value_parser!(u64).range(1..=10_000_000_000),
+        conflicts_with_all = ["flights", "passes", "moments"])]
     hostile: Option<u64>,
     /// Flights of each of the six kinds
     #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]

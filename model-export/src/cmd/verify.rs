@@ -22,18 +22,7 @@ pub struct Args {
     /// The blob; MODEL.f32 must lie beside it
     model: PathBuf,
     #[command(flatten)]
-    recursive: RecursiveArgs,
-    #[command(flatten)]
     source: FlightSource,
-    /// How the angle figures of the noise levels are read: radians, or degrees as printed
-    #[arg(long, value_enum, default_value_t = NoiseTable::Radians)]
-    noise_table: NoiseTable,
-    /// Measurements per noise level that are compared
-    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u16).range(1..))]
-    rows: u16,
-    /// Monte Carlo passes for each predictive standard deviation
-    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u16).range(2..=10_000))]
-    passes: u16,
     /// Moments of the blob without passes: for its predictive standard deviation, or for the tracker of a
     /// recursive blob
     #[arg(long, conflicts_with = "tracker_passes")]
@@ -41,6 +30,43 @@ pub struct Args {
     /// Seed of placement and radar noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    #[command(flatten)]
+    memoryless: MemorylessArgs,
+    #[command(flatten)]
+    recursive: RecursiveArgs,
+}
+
+/// Measurements per noise level by default.
+const ROWS: u16 = 100;
+/// Passes by default.
+const PASSES: u16 = 1000;
+
+/// Options that only a memoryless blob has.
+#[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Options for a memoryless blob")]
+struct MemorylessArgs {
+    /// How the angle figures of the noise levels are read: radians, or degrees as printed
+    #[arg(long, value_enum, default_value_t = NoiseTable::Radians)]
+    noise_table: NoiseTable,
+    /// Measurements per noise level that are compared
+    #[arg(long, value_name = "N", default_value_t = ROWS, value_parser = clap::value_parser!(u16).range(1..))]
+    rows: u16,
+    /// Monte Carlo passes for each predictive standard deviation
+    #[arg(long, value_name = "N", default_value_t = PASSES, value_parser = clap::value_parser!(u16).range(2..=10_000))]
+    passes: u16,
+}
+
+impl MemorylessArgs {
+    /// The first option that is not at its default: a recursive blob has none of them.
+    fn first_given(&self) -> Option<&'static str> {
+        [
+            ("--noise-table", self.noise_table != NoiseTable::Radians),
+            ("--rows", self.rows != ROWS),
+            ("--passes", self.passes != PASSES),
+        ]
+        .into_iter()
+        .find_map(|(option, given)| given.then_some(option))
+    }
 }
 
 /// Why a model is not verified.
@@ -49,6 +75,9 @@ pub enum VerifyError {
     /// The file is not a usable blob.
     #[error(transparent)]
     File(#[from] BlobFileError),
+    /// An option that means nothing to the kind of blob.
+    #[error("{0} does not apply to a {1} blob")]
+    OtherKind(&'static str, &'static str),
     /// A recursive blob is not verified.
     #[error("{}: {cause}", path.display())]
     Recursive {
@@ -91,6 +120,13 @@ pub fn run(args: &Args) -> Result<(), VerifyError> {
         path: args.model.clone(),
         cause,
     })?;
+    let (other, kind) = match blob.kind() {
+        Kind::Memoryless => (args.recursive.first_given(), "memoryless"),
+        Kind::Recursive => (args.memoryless.first_given(), "recursive"),
+    };
+    if let Some(option) = other {
+        return Err(VerifyError::OtherKind(option, kind));
+    }
     let path = unrounded::path_beside(&args.model);
     let weights = regular_file::read(&path, unrounded::BYTES_MAX)?;
     let networks = unrounded::parse(&weights, &bytes)
@@ -115,9 +151,9 @@ pub fn run(args: &Args) -> Result<(), VerifyError> {
         .load_or_builtin(BUILTIN_FLIGHTS, BUILTIN_SEED, args.seed)?;
 
     let way = Way {
-        noise_table: args.noise_table,
-        rows: args.rows,
-        passes: args.passes,
+        noise_table: args.memoryless.noise_table,
+        rows: args.memoryless.rows,
+        passes: args.memoryless.passes,
         moments: args.moments,
         seed: args.seed,
     };

@@ -33,6 +33,20 @@ pub struct RecursiveArgs {
     size: f64,
 }
 
+impl RecursiveArgs {
+    /// The first option that is not at its default: a memoryless blob has none of them.
+    pub fn first_given(&self) -> Option<&'static str> {
+        [
+            ("--scenario", self.scenario != Scenario::Paper),
+            ("--tracker-passes", self.tracker_passes != 1),
+            ("--speed", self.speed != 1.0),
+            ("--size", self.size != 1.0),
+        ]
+        .into_iter()
+        .find_map(|(option, given)| given.then_some(option))
+    }
+}
+
 /// Why a recursive blob is not verified.
 #[derive(Debug, thiserror::Error)]
 pub enum VerifyRecursiveError {
