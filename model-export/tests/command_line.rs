@@ -377,4 +377,13 @@ fn a_model_is_tuned_on_own_flights() {
     assert!(said.contains("alone.bnkf.f32"), "{said}");
     let said = refused(&model, &[]);
     assert!(said.contains("name the flights"), "{said}");
+    // A flight that is left out, too.
+    let rows: String = (0..30)
+        .map(|i| format!("{},{i},20,10\n", 0.1 * f64::from(i)))
+        .collect();
+    let short = format!("timestamp,tx,ty,tz\n{rows}");
+    std::fs::write(folder.path().join("short.csv"), short).unwrap();
+    let said = refused(&model, &["--flights", "short.csv"]);
+    let expected = "warning: left out: short.csv: 2.90 s, and 4.5 s is the least to learn from\n";
+    assert!(said.contains(expected), "{said}");
 }

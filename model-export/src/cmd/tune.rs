@@ -10,7 +10,9 @@ use crate::interrupt::Interrupt;
 use crate::recursive::recipe::Recipe;
 use crate::recursive::training::Training;
 use crate::recursive::tunable::tunable;
-use crate::recursive::tuning::{BLEND, DURATION_MIN_S, EPISODES, Hold, RATE, Tuning, usable};
+use crate::recursive::tuning::{
+    BLEND, DURATION_MIN_S, EPISODES, Hold, RATE, REHEARSAL, Tuning, too_short, usable,
+};
 use crate::regular_file;
 use std::path::PathBuf;
 
@@ -43,7 +45,7 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t = Hold::Nothing)]
     hold: Hold,
     /// Share of every batch that is built-in flights
-    #[arg(long, value_name = "SHARE", default_value_t = 0.5, value_parser = share)]
+    #[arg(long, value_name = "SHARE", default_value_t = REHEARSAL, value_parser = share)]
     rehearsal: f64,
     /// Continues from OUT.checkpoint; everything else as in the interrupted command
     #[arg(long)]
@@ -93,6 +95,9 @@ pub fn run(args: &Args) -> Result<Outcome, TrainError> {
         cause,
     })?;
     let mut named = args.source.load(args.seed)?;
+    for reason in named.flights.iter().filter_map(too_short) {
+        eprintln!("warning: left out: {reason}");
+    }
     named.flights = usable(named.flights);
     if named.flights.is_empty() {
         return Err(TrainError::TooShort(DURATION_MIN_S));

@@ -21,6 +21,8 @@ pub const EPISODES: u64 = 900;
 pub const RATE: f64 = 1e-3;
 /// How far the tuned model goes from the shipped weights to the trained ones by default.
 pub const BLEND: f64 = 0.8;
+/// Share of every batch that is built-in flights by default.
+pub const REHEARSAL: f64 = 0.5;
 /// Shortest flight to learn from, s.
 pub const DURATION_MIN_S: f64 = 4.5;
 
@@ -69,7 +71,7 @@ impl Tuning {
     /// Half rehearsal and nothing else that holds: a prior of any kind cost more than it kept.
     pub fn new(blob_sha256: String, own: &[Flight], place: bool) -> Self {
         Self {
-            rehearsal: 0.5,
+            rehearsal: REHEARSAL,
             hold: Hold::Nothing,
             blend: BLEND,
             place,
@@ -104,8 +106,18 @@ impl Tuning {
 
 /// The flights that are long enough to learn from.
 pub fn usable(flights: Vec<Flight>) -> Vec<Flight> {
-    let long = |flight: &Flight| flight.duration_s() >= DURATION_MIN_S;
+    let long = |flight: &Flight| too_short(flight).is_none();
     flights.into_iter().filter(long).collect()
+}
+
+/// What to say of a flight that is left out.
+pub fn too_short(flight: &Flight) -> Option<String> {
+    let duration_s = flight.duration_s();
+    let long = duration_s >= DURATION_MIN_S;
+    let name = &flight.name;
+    (!long).then(|| {
+        format!("{name}: {duration_s:.2} s, and {DURATION_MIN_S} s is the least to learn from")
+    })
 }
 
 /// Standard deviations of the logarithms of horizontal distance and height, for places like those of `own` flights:
@@ -397,6 +409,12 @@ mod tests {
         assert_eq!(untuned.err(), Some(TrainingError::NoFlights));
         let mut short = familiar.clone();
         short[0].samples.truncate(40);
+        let reasons = [too_short(&short[0]), too_short(&short[1])];
+        let said = format!(
+            "{}: 3.90 s, and 4.5 s is the least to learn from",
+            short[0].name
+        );
+        assert_eq!(reasons, [Some(said), None]);
         assert_eq!(usable(short).len(), 1);
     }
 
