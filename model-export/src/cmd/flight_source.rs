@@ -10,6 +10,8 @@ use std::path::PathBuf;
 
 /// Most built-in flights: a gigabyte.
 const BUILTIN_MAX: usize = 100_000;
+/// Their seed by default.
+pub const BUILTIN_SEED: u64 = 7001;
 
 /// Flights of a folder, or built-in ones.
 #[derive(Clone, Debug, clap::Args)]
@@ -28,7 +30,7 @@ pub struct FlightSource {
     #[arg(
         long,
         value_name = "SEED",
-        default_value_t = 7001,
+        default_value_t = BUILTIN_SEED,
         requires = "builtin"
     )]
     pub builtin_seed: u64,

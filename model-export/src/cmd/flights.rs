@@ -1,5 +1,6 @@
 //! `model-export flights`: writes built-in flights as files.
 
+use super::flight_source::{BUILTIN_SEED, flight_count};
 use crate::atomic_file::AtomicWriteError;
 use crate::flights::csv::write_flight_csv;
 use crate::flights::flight::Flight;
@@ -13,10 +14,10 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
     /// Number of flights
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    builtin: u16,
+    #[arg(long, value_name = "N", value_parser = flight_count)]
+    builtin: usize,
     /// Seed of the flights
-    #[arg(long, value_name = "SEED", default_value_t = 7001)]
+    #[arg(long, value_name = "SEED", default_value_t = BUILTIN_SEED)]
     builtin_seed: u64,
     /// The folder to make; it must not exist
     #[arg(long, value_name = "DIR")]
@@ -55,7 +56,7 @@ pub enum FlightsError {
 /// See [`FlightsError`].
 pub fn run(args: &Args) -> Result<(), FlightsError> {
     let flights = generate(&GeneratorSettings {
-        flights: usize::from(args.builtin),
+        flights: args.builtin,
         seed: args.builtin_seed,
         ..GeneratorSettings::default()
     })?;

@@ -55,7 +55,7 @@ pub struct Args {
 
 /// Longest checkpoint that is read, bytes: ten numbers for every weight of the largest networks are
 /// a few megabytes.
-pub const CHECKPOINT_BYTES_MAX: u64 = 1 << 26;
+const CHECKPOINT_BYTES_MAX: u64 = 1 << 26;
 
 /// What a blob estimates with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]

@@ -1,6 +1,6 @@
 //! `model-export train --kind memoryless`: trains BNN, BNKF or BNKFe and writes the blob.
 
-use super::train::{CHECKPOINT_BYTES_MAX, Outcome, Run, TrainError};
+use super::train::{Outcome, Run, TrainError};
 use crate::atomic_file;
 use crate::blob::quantise::{layer_errors, quantise};
 use crate::blob::unrounded;
@@ -18,7 +18,6 @@ use crate::memoryless::training_settings::{
 };
 use crate::posterior::gaussian_weights::GaussianWeights;
 use crate::radar::noise::NoiseTable;
-use crate::regular_file;
 use std::io::Write as _;
 use std::time::{Duration, Instant};
 
@@ -185,10 +184,7 @@ pub fn train(run: &Run<'_>, args: &MemorylessArgs) -> Result<Outcome, TrainError
         return Ok(Outcome::Interrupted);
     }
     write(run, settings, source.source, &data, &training.state)?;
-    if run.checkpoint.exists() {
-        let path = run.checkpoint.to_owned();
-        std::fs::remove_file(&path).map_err(|cause| TrainError::Remove { path, cause })?;
-    }
+    run.forget_checkpoint()?;
     Ok(Outcome::Written)
 }
 
@@ -226,13 +222,13 @@ fn start(
     settings: &TrainingSettings,
     data: &TrainingData,
 ) -> Result<State, TrainError> {
-    if !run.resume {
+    let Some(bytes) = run.interrupted()? else {
         return Ok(State::start(settings)?);
-    }
-    let path = run.checkpoint.to_owned();
-    let bytes = regular_file::read(&path, CHECKPOINT_BYTES_MAX)?;
-    checkpoint::parse(&bytes, settings, &data.sha256)
-        .map_err(|cause| TrainError::Checkpoint { path, cause })
+    };
+    checkpoint::parse(&bytes, settings, &data.sha256).map_err(|cause| TrainError::Checkpoint {
+        path: run.checkpoint.to_owned(),
+        cause,
+    })
 }
 
 fn model(

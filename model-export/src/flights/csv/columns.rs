@@ -46,22 +46,30 @@ const ALTITUDES: [&str; 7] = [
     "gps.altitude",
 ];
 
-/// Units that may stand behind such a name.
-const UNITS: [&str; 14] = [
-    "(feet)",
-    "[feet]",
-    "(ft)",
-    "[ft]",
-    "_feet",
-    "_ft",
-    "(meters)",
-    "(m)",
-    "[m]",
-    "_m",
-    "_deg",
-    "(deg)",
-    "[deg]",
-    "(degrees)",
+/// Units that may stand behind a position's name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Unit {
+    Metre,
+    Foot,
+    Degree,
+}
+
+/// How they are written there.
+const ENDINGS: [(&str, Unit); 14] = [
+    ("(feet)", Unit::Foot),
+    ("[feet]", Unit::Foot),
+    ("(ft)", Unit::Foot),
+    ("[ft]", Unit::Foot),
+    ("_feet", Unit::Foot),
+    ("_ft", Unit::Foot),
+    ("(meters)", Unit::Metre),
+    ("(m)", Unit::Metre),
+    ("[m]", Unit::Metre),
+    ("_m", Unit::Metre),
+    ("_deg", Unit::Degree),
+    ("(deg)", Unit::Degree),
+    ("[deg]", Unit::Degree),
+    ("(degrees)", Unit::Degree),
 ];
 /// The international foot.
 const FOOT_M: f64 = 0.3048;
@@ -110,16 +118,6 @@ pub struct Columns {
     pub time_unit: Option<TimeUnit>,
     /// Frame that the positions' names say.
     pub frame: Option<Frame>,
-}
-
-/// What one of the height's unit is worth, by its title: feet if it says so, else metres.
-fn height_unit_m(title: &str) -> f64 {
-    let ends = |endings: &[&str]| endings.iter().any(|ending| title.ends_with(ending));
-    if ends(&["(feet)", "[ft]", "(ft)", "_ft", "_feet", "[feet]"]) {
-        FOOT_M
-    } else {
-        1.0
-    }
 }
 
 impl Columns {
@@ -207,15 +205,18 @@ impl Columns {
         options.frame.or(self.frame) == Some(Frame::Wgs84)
     }
 
-    /// Metres that one of a height is.
+    /// Metres that one of a height is: those of a foot if its title says so.
     pub(super) fn height_unit_m(&self) -> f64 {
-        height_unit_m(&self.title(SampleField::Z).to_lowercase())
+        match name_and_unit(&self.title(SampleField::Z).to_lowercase()) {
+            (_, Some(Unit::Foot)) => FOOT_M,
+            _ => 1.0,
+        }
     }
 
     /// Whether heights count from the ground where the flight began.
     pub(super) fn is_above_ground(&self) -> bool {
         let title = self.title(SampleField::Z).to_lowercase();
-        HEIGHTS.contains(&bare(&title))
+        HEIGHTS.contains(&name_and_unit(&title).0)
     }
 
     /// Where `field` stands in a record.
@@ -296,7 +297,7 @@ fn find_position(titles: &[String]) -> Result<Result<Position, &'static str>, Co
 fn find_geodetic(titles: &[String]) -> Result<Option<[usize; 3]>, ColumnsError> {
     let first = |names: &[&'static str]| {
         for name in names {
-            let place = unique(titles, |title| bare(title) == *name, name)?;
+            let place = unique(titles, |title| name_and_unit(title).0 == *name, name)?;
             if place.is_some() {
                 return Ok(place);
             }
@@ -311,12 +312,12 @@ fn find_geodetic(titles: &[String]) -> Result<Option<[usize; 3]>, ColumnsError> 
     })
 }
 
-/// A title without the unit behind it.
-fn bare(title: &str) -> &str {
-    UNITS
+/// A position's name, and the unit behind it where its title has one.
+fn name_and_unit(title: &str) -> (&str, Option<Unit>) {
+    ENDINGS
         .iter()
-        .find_map(|ending| title.strip_suffix(ending))
-        .map_or(title, str::trim_end)
+        .find_map(|(ending, unit)| Some((title.strip_suffix(ending)?.trim_end(), Some(*unit))))
+        .unwrap_or((title, None))
 }
 
 /// Base name and unit of a time's title: `time_us`, `timestamp [ms]`, `t(s)`, `time`.
@@ -333,11 +334,12 @@ fn time_name(title: &str) -> Option<(&str, Option<TimeUnit>)> {
     TimeUnit::spelt(unit).map(|unit| (base, Some(unit)))
 }
 
+/// A position's name; in other units than metres it is none.
 fn without_metres(title: &str) -> &str {
-    ["_m", "[m]", "(m)"]
-        .iter()
-        .find_map(|ending| title.strip_suffix(ending))
-        .map_or(title, str::trim_end)
+    match name_and_unit(title) {
+        (name, Some(Unit::Metre)) => name,
+        _ => title,
+    }
 }
 
 fn list(header: &Record, separator: Separator) -> String {

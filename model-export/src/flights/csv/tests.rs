@@ -399,7 +399,12 @@ fn pyulog_files_are_read_and_what_was_assumed_is_said() {
         .replace("x,y,z", "North [m],East [m],Down [m]")
         .replace("timestamp", "time_us");
     let (flight, notes) = said(&named);
-    assert_eq!((flight, notes), (file.flight, vec![]));
+    assert_eq!((&flight, notes), (&file.flight, vec![]));
+    // In feet they are not read, rather than in metres.
+    let spelt = |unit: &str| named.replace("[m]", unit);
+    assert_eq!(said(&spelt("(meters)")).0, flight);
+    let error = read_as(&spelt("(ft)"), &ReadOptions::default()).unwrap_err();
+    assert!(error.to_string().contains("is missing"), "{error}");
 }
 
 #[test]
