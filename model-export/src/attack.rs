@@ -6,12 +6,12 @@
 
 use crate::random_source::RandomSource;
 use crate::seed::name_id;
-use crate::soundness::{is_definite, is_finite, is_lost, is_true};
+use crate::soundness::{is_definite, is_finite, is_true};
 use bnkf::blob::Blob;
 use bnkf::call::Call;
 use bnkf::clock::AHEAD_MAX_US;
 use bnkf::estimate::{Estimate, Mode};
-use bnkf::{Measurement, Sensed, Sensor, Settings, Tracker, TrackerError};
+use bnkf::{Measurement, Sensed, Sensor, Settings, StepError, Tracker, TrackerError};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -161,7 +161,7 @@ fn run(tracker: &mut Tracker<'_>, script: &[Move]) -> Found {
             Ok(estimate) => estimate,
             Err(error) => {
                 found.refused += 1;
-                if is_lost(&error) {
+                if error == StepError::Lost {
                     before = None;
                 }
                 continue;

@@ -15,7 +15,6 @@ pub mod placement;
 pub mod rigid_move;
 pub mod segment;
 pub mod set;
-pub mod statistics;
 pub mod suspicion;
 pub mod track_error;
 pub mod ulog;

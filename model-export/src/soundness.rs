@@ -1,6 +1,5 @@
 //! What must be true of every estimate that leaves the firmware's tracker.
 
-use bnkf::StepError;
 use bnkf::call::Call;
 use bnkf::estimate::{Doubt, Estimate, Mode, Motion};
 use nalgebra::{Matrix3, SMatrix};
@@ -100,10 +99,4 @@ fn is_mode_true(call: &Call, estimate: &Estimate, before: Option<&Estimate>) -> 
                 && (estimate.mode != Mode::Rejected || estimate.nis >= gate)
         }
     }
-}
-
-/// Whether a tracker that refuses so has lost its track.
-#[must_use]
-pub fn is_lost(error: &StepError) -> bool {
-    matches!(error, StepError::Lost)
 }

@@ -8,8 +8,8 @@
 use bnkf::blob::{Blob, checksum, field};
 use bnkf::call::Call;
 use bnkf::estimate::Estimate;
-use bnkf::{Measurement, Sensed, Sensor, Settings, Tracker};
-use bnkf_model_export::soundness::{is_definite, is_finite, is_lost, is_true};
+use bnkf::{Measurement, Sensed, Sensor, Settings, StepError, Tracker};
+use bnkf_model_export::soundness::{is_definite, is_finite, is_true};
 
 const BLOBS: [&[u8]; 4] = [
     include_bytes!("../../../models/recursive.bnkf"),
@@ -87,7 +87,7 @@ pub fn run(bytes: &[u8]) {
                 before = Some(estimate);
             }
             Err(error) => {
-                if is_lost(&error) {
+                if error == StepError::Lost {
                     before = None;
                 }
             }
