@@ -45,8 +45,9 @@ pub struct LayerError {
     pub mean_rms_relative: f64,
     /// Largest error of a mean, in steps of its channel (at most one half).
     pub mean_max_steps: f64,
-    /// Root mean square of the means' errors in standard deviations of their own weights.
-    pub mean_rms_sigmas: f64,
+    /// Root mean square of the means' errors in standard deviations of their own weights, of those that have one;
+    /// `None` where none has.
+    pub mean_rms_sigmas: Option<f64>,
     /// Largest error of the logarithm of a standard deviation.
     pub ln_sigma_max: f64,
     /// Weights whose variance lies so far below the layer's largest that it became zero.
@@ -138,7 +139,7 @@ fn layer_error(
     layer: &QuantisedLayer,
 ) -> LayerError {
     let stride = row_stride(shape.inputs);
-    let (mut squares, mut errors, mut in_sigmas) = (0.0, 0.0, 0.0);
+    let (mut squares, mut errors, mut in_sigmas, mut uncertain) = (0.0, 0.0, 0.0, 0_usize);
     let (mut mean_max_steps, mut ln_sigma_max, mut vanished) = (0.0_f64, 0.0_f64, 0);
     for output in 0..shape.outputs {
         let scale = f64::from(layer.channel_scale[output]);
@@ -149,7 +150,10 @@ fn layer_error(
             let variance = variance(weights, index);
             squares += mean * mean;
             errors += error * error;
-            in_sigmas += error * error / variance;
+            if variance > 0.0 {
+                in_sigmas += error * error / variance;
+                uncertain += 1;
+            }
             mean_max_steps = mean_max_steps.max(error.abs() / scale);
             match layer.variance_codes[slot] {
                 0 => vanished += 1,
@@ -161,7 +165,6 @@ fn layer_error(
             }
         }
     }
-    let count = (shape.inputs * shape.outputs) as f64;
     LayerError {
         inputs: shape.inputs,
         outputs: shape.outputs,
@@ -171,7 +174,7 @@ fn layer_error(
             0.0
         },
         mean_max_steps,
-        mean_rms_sigmas: (in_sigmas / count).sqrt(),
+        mean_rms_sigmas: (uncertain > 0).then(|| (in_sigmas / uncertain as f64).sqrt()),
         ln_sigma_max,
         vanished,
     }
@@ -216,6 +219,18 @@ mod tests {
             assert!(layer.variance_codes.iter().all(|&code| code == 0));
             assert!(layer.bias_variance.iter().all(|&variance| variance == 0.0));
             assert_eq!(layer.variance_max, 0.0);
+        }
+        for error in layer_errors(&weights, &quantise(&weights)) {
+            assert_eq!(error.mean_rms_sigmas, None);
+        }
+        // One weight that is sure beside others that are not.
+        weights.log_sigmas.fill(-3.0);
+        weights.log_sigmas[0] = f32::NEG_INFINITY;
+        for error in layer_errors(&weights, &quantise(&weights)) {
+            assert!(
+                error.mean_rms_sigmas.is_some_and(f64::is_finite),
+                "{error:?}"
+            );
         }
     }
 

@@ -101,11 +101,12 @@ pub fn layer_table(networks: &[GaussianWeights]) -> String {
     );
     for error in errors {
         let shape = format!("{}x{}", error.outputs, error.inputs);
+        let in_sigmas = error.mean_rms_sigmas;
         text += &format!(
-            "{shape:>9}{:>16.5}{:>16.3}{:>17.4}{:>16.4}{:>10}\n",
+            "{shape:>9}{:>16.5}{:>16.3}{:>17}{:>16.4}{:>10}\n",
             error.mean_rms_relative,
             error.mean_max_steps,
-            error.mean_rms_sigmas,
+            in_sigmas.map_or_else(|| "-".to_owned(), |sigmas| format!("{sigmas:.4}")),
             error.ln_sigma_max,
             error.vanished
         );
@@ -125,5 +126,29 @@ fn summary_line(name: &str, comparisons: &[Comparison]) -> String {
             s.sigma_ratio_p5,
             s.sigma_ratio_p95
         ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::posterior::architecture::Architecture;
+    use crate::random_source::RandomSource;
+
+    #[test]
+    fn a_layer_without_variances_has_no_figure_in_sigmas() {
+        let architecture = Architecture::new(vec![13, 9, 3]).unwrap();
+        let mut random = RandomSource::new(4, &[]);
+        let mut weights = GaussianWeights::random(&architecture, 0.02, &mut random);
+        let last = weights.architecture.layers()[1].start;
+        weights.log_sigmas[last..].fill(f32::NEG_INFINITY);
+        let table = layer_table(&[weights]);
+        let in_sigmas = |line: &str| line.split_whitespace().nth(3).map(str::to_owned);
+        let column: Vec<_> = table.lines().skip(1).filter_map(in_sigmas).collect();
+        assert!(
+            column[0].parse::<f64>().is_ok_and(f64::is_finite),
+            "{table}"
+        );
+        assert_eq!(column[1], "-", "{table}");
     }
 }
