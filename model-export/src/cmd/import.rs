@@ -143,7 +143,7 @@ pub fn run(args: &Args) -> Result<(), ImportError> {
         &WAY,
     );
     atomic_file::write(&sidecar, &unrounded::to_bytes(&bytes, &networks))?;
-    // The blob last: where it is, the file beside it is its own.
+    // The blob last: a new one is never without the file beside it.
     atomic_file::write(&args.out, &bytes)?;
     let mut text = format!(
         "{}: {} bytes, SHA-256 {}\n",

@@ -288,7 +288,7 @@ fn write(
         &unrounded::to_bytes(&blob, &model.networks),
     )?;
     atomic_file::write(&provenance::path_beside(run.out), json.as_bytes())?;
-    // The blob last: where it is, the files beside it are its own.
+    // The blob last: a new one is never without the files beside it.
     atomic_file::write(run.out, &blob)?;
     let mut out = std::io::stdout().lock();
     writeln!(

@@ -205,7 +205,7 @@ pub fn write(
     let unrounded = unrounded::to_bytes(&blob, core::slice::from_ref(&weights));
     atomic_file::write(&unrounded::path_beside(run.out), &unrounded)?;
     atomic_file::write(&path_beside(run.out), json.as_bytes())?;
-    // The blob last: where it is, the files beside it are its own.
+    // The blob last: a new one is never without the files beside it.
     atomic_file::write(run.out, &blob)?;
     let mut out = std::io::stdout().lock();
     writeln!(

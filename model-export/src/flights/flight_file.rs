@@ -34,7 +34,7 @@ pub struct FlightFile {
     /// The flight, east-north-up.
     pub flight: Flight,
     /// What the reader assumed about unit, frame or numbers, and the option that says otherwise;
-    /// empty for a file as this module's first line describes it.
+    /// empty for a file as the first line of [`csv`] describes it.
     pub notes: Vec<String>,
 }
 

@@ -16,7 +16,7 @@ use bnkf::recursive::envelope::Bounds;
 use bnkf::recursive::population::Population;
 use serde::{Deserialize, Serialize};
 
-/// Time between two of them, seconds.
+/// Time between two samples of a training flight, seconds.
 pub const INTERVAL_S: f64 = 0.1;
 
 /// A training run.

@@ -75,7 +75,7 @@ pub struct Tally {
     pub not_definite: usize,
     /// Steps that the tracker refused although the measurement could be used.
     pub refused: usize,
-    /// Measurements that cannot be used and were refused, such as a negative range.
+    /// Measurements that cannot be used and were refused, such as a range beyond any that is measured.
     pub unusable: usize,
     /// Measurements outside the gate.
     pub rejected: usize,
