@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// The sources of a module and of those below it.
 fn sources(folder: &Path, into: &mut Vec<PathBuf>) {
@@ -78,4 +79,17 @@ fn every_public_type_stands_in_an_example() {
         .filter(|name| !is_word(&examples, name))
         .collect();
     assert!(missing.is_empty(), "in no example: {missing:?}");
+}
+
+/// A table that is stale is rewritten by the command that its failure names.
+#[test]
+fn tables_of_the_pages_are_those_of_the_files() {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/results/tables.py");
+    let output = Command::new("python3")
+        .arg(script)
+        .arg("--check")
+        .output()
+        .expect("python3 is there");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
 }

@@ -50,7 +50,8 @@ pub struct Args {
     #[arg(long, value_name = "S", default_value_t = PAPER_SEGMENT_S, requires = "flights")]
     pub segment_s: f64,
     /// Number of generated flights [default: 300, with --quick 60]
-    #[arg(long, value_name = "N", value_parser = flight_count, conflicts_with_all = ["time_unit", "frame", "columns"])]
+    #[arg(long, value_name = "N", value_parser = flight_count,
+        conflicts_with_all = ["time_unit", "frame", "columns", "resample", "segment_s", "place"])]
     pub builtin: Option<usize>,
     /// Rough figures in a tenth of the time: fewer flights and epochs
     #[arg(long)]

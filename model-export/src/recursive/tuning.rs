@@ -14,10 +14,10 @@ use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
 /// Batches of flights by default: half as many learn a little less of generated flights of our own, in half
-/// the time (docs/method.md).
+/// the time (docs/choices.md).
 pub const EPISODES: u64 = 900;
 /// Highest learning rate by default: beside [`BLEND`] a third of it learned less of generated flights of our own
-/// and forgot more of others (docs/method.md).
+/// and forgot more of others (docs/choices.md).
 pub const RATE: f64 = 1e-3;
 /// How far the tuned model goes from the shipped weights to the trained ones by default.
 pub const BLEND: f64 = 0.8;
