@@ -74,20 +74,12 @@ impl<'a> Blob<'a> {
     pub fn parse(bytes: &'a [u8]) -> Result<Self, BlobError> {
         use BlobError::Invalid;
         let header = check_frame(bytes)?;
-        let kind = match header[field::KIND] {
-            1 => Kind::Memoryless,
-            2 => Kind::Recursive,
-            _ => return Err(Invalid(BlobField::Kind)),
-        };
+        let kind = Kind::of_id(header[field::KIND]).ok_or(Invalid(BlobField::Kind))?;
         if header[field::UNITS] != field::UNITS_SI {
             return Err(Invalid(BlobField::Units));
         }
-        let features = match (kind, header[field::FEATURES]) {
-            (Kind::Memoryless, 1) => FeatureLayout::Polar12,
-            (Kind::Memoryless, 2) => FeatureLayout::Polar13,
-            (Kind::Recursive, 3) => FeatureLayout::Recursive64,
-            _ => return Err(Invalid(BlobField::Features)),
-        };
+        let features = FeatureLayout::of_id(header[field::FEATURES], kind);
+        let features = features.ok_or(Invalid(BlobField::Features))?;
         let networks = usize::from(header[field::NETWORKS]);
         let inputs = usize::from(header[field::INPUTS]);
         let outputs = usize::from(header[field::OUTPUTS]);

@@ -36,7 +36,7 @@ pub use picked::{RowBits, row_bits};
 pub use second::Second;
 pub use vector::Vector;
 
-use crate::blob::field::WIDTH_MAX;
+use crate::blob::field::{WIDTH_MAX, octaves};
 use crate::series;
 
 /// Largest quantised squared activation (12 bits).
@@ -47,14 +47,18 @@ const VARIANCE_MAX: u16 = 8_191;
 const _: () =
     assert!(WIDTH_MAX as u64 * VARIANCE_MAX as u64 * SQUARE_MAX as u64 <= i32::MAX as u64);
 
-/// Decoded variances relative to the layer's largest: `VARIANCE_MAX * 2^((code - 255) / 8)`.
+/// What a variance's code is if the layer's largest variance is `largest`, rounded.
+const fn decoded(code: u8, largest: u32) -> u32 {
+    let value = largest as f64 * series::exp(octaves(code) * core::f64::consts::LN_2);
+    (value + 0.5) as u32
+}
+
+/// Decoded variances relative to the layer's largest.
 static VARIANCES: [u16; 256] = {
     let mut table = [0; 256];
     let mut code = 1;
-    while code < 256 {
-        let octaves = (code as f64 - 255.0) / 8.0;
-        let value = VARIANCE_MAX as f64 * series::exp(octaves * core::f64::consts::LN_2);
-        table[code] = (value + 0.5) as u16;
+    while code < table.len() {
+        table[code] = decoded(code as u8, VARIANCE_MAX as u32) as u16;
         code += 1;
     }
     table

@@ -80,6 +80,17 @@ pub const fn layer_len(inputs: usize, outputs: usize) -> usize {
     outputs * (2 * row_stride(inputs) + 12)
 }
 
+/// Largest code of a weight's mean; symmetric, so that a code and its negative both exist.
+pub const MEAN_CODE_MAX: i8 = 127;
+/// Code of a layer's largest variance; zero is no variance at all.
+pub const VARIANCE_CODE_MAX: u8 = 255;
+/// Codes in an octave of variance.
+pub const CODES_PER_OCTAVE: f64 = 8.0;
+/// How many octaves a variance is above its layer's largest: none, or less.
+pub const fn octaves(code: u8) -> f64 {
+    (code as f64 - VARIANCE_CODE_MAX as f64) / CODES_PER_OCTAVE
+}
+
 /// Widest layer that the fixed scratch memory of the network holds.
 pub const WIDTH_MAX: usize = 64;
 /// Most layers of one network.

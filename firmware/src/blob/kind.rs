@@ -40,6 +40,16 @@ impl FeatureLayout {
         }
     }
 
+    /// What an id means to a blob of `kind`.
+    pub(super) const fn of_id(id: u8, kind: Kind) -> Option<Self> {
+        match (kind, id) {
+            (Kind::Memoryless, 1) => Some(Self::Polar12),
+            (Kind::Memoryless, 2) => Some(Self::Polar13),
+            (Kind::Recursive, 3) => Some(Self::Recursive64),
+            _ => None,
+        }
+    }
+
     /// Number of features.
     pub const fn len(self) -> usize {
         match self {
@@ -61,6 +71,15 @@ impl Kind {
         match self {
             Self::Memoryless => 1,
             Self::Recursive => 2,
+        }
+    }
+
+    /// What an id means.
+    pub(super) const fn of_id(id: u8) -> Option<Self> {
+        match id {
+            1 => Some(Self::Memoryless),
+            2 => Some(Self::Recursive),
+            _ => None,
         }
     }
 

@@ -79,7 +79,7 @@ impl<'a> LayerView<'a> {
         match self.variance_codes.get(self.place(output, input)) {
             None => f32::NAN,
             Some(0) => 0.0,
-            Some(&code) => self.variance_max * libm::exp2f((f32::from(code) - 255.0) / 8.0),
+            Some(&code) => self.variance_max * libm::exp2f(field::octaves(code) as f32),
         }
     }
 

@@ -7,14 +7,15 @@
 use super::alike::Alike;
 #[cfg(arm_dsp)]
 use super::arm_second::{sum_squares, sum_variances};
+use super::decoded;
 use super::packed::largest_magnitude;
 use super::picked::{self, Picked, RowBits};
 use crate::blob::field::WIDTH_MAX;
-use crate::series;
 
 /// Largest quantised second moment. With [`WIDTH_MAX`] inputs the sum of products with a variance stays
 /// within 64 bits.
 const MOMENT_MAX: u32 = 1 << 26;
+/// Largest decoded variance.
 const VARIANCE_MAX: u32 = 1 << 31;
 const _: () = assert!(
     (WIDTH_MAX as u64 * MOMENT_MAX as u64)
@@ -22,14 +23,12 @@ const _: () = assert!(
         .is_some()
 );
 
-/// Decoded variances relative to the layer's largest: `VARIANCE_MAX * 2^((code - 255) / 8)`.
+/// Decoded variances relative to the layer's largest.
 static VARIANCES: [u32; 256] = {
     let mut table = [0; 256];
     let mut code = 1;
-    while code < 256 {
-        let octaves = (code as f64 - 255.0) / 8.0;
-        let value = VARIANCE_MAX as f64 * series::exp(octaves * core::f64::consts::LN_2);
-        table[code] = (value + 0.5) as u32;
+    while code < table.len() {
+        table[code] = decoded(code as u8, VARIANCE_MAX);
         code += 1;
     }
     table

@@ -6,9 +6,10 @@
 //! the network learns to live on the grid that it is exported on.
 
 use crate::posterior::gaussian_weights::GaussianWeights;
+use bnkf::blob::field::MEAN_CODE_MAX;
 
-/// Largest code, as in [`crate::blob::quantise`].
-const CODE_MAX: f32 = 127.0;
+/// Largest code.
+const CODE_MAX: f32 = MEAN_CODE_MAX as f32;
 
 /// One step per output channel, fixed by the weights that the grid was made from.
 #[derive(Clone, Debug, PartialEq)]

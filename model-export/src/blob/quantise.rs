@@ -1,17 +1,10 @@
 //! From real-valued posteriors to a blob's int8 means and logarithmic variance codes.
 
-use bnkf::blob::field::row_stride;
+use bnkf::blob::field::{CODES_PER_OCTAVE, MEAN_CODE_MAX, VARIANCE_CODE_MAX, octaves, row_stride};
 use serde::Serialize;
 
 use crate::posterior::architecture::LayerShape;
 use crate::posterior::gaussian_weights::GaussianWeights;
-
-/// Largest int8 code; symmetric, so that a code and its negative both exist.
-const MEAN_CODE_MAX: f32 = 127.0;
-/// Code of a layer's largest weight variance.
-const VARIANCE_CODE_MAX: f64 = 255.0;
-/// Codes per octave of variance.
-const CODES_PER_OCTAVE: f64 = 8.0;
 
 /// One layer as a blob holds it; see `firmware/BLOB.md`.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,7 +85,7 @@ fn quantise_layer(weights: &GaussianWeights, shape: &LayerShape) -> QuantisedLay
             .fold(0.0_f32, |m, w| m.max(w.abs()));
         // A row of zeros needs no scale, but a zero one would divide by zero below.
         let scale = if largest > 0.0 {
-            largest / MEAN_CODE_MAX
+            largest / f32::from(MEAN_CODE_MAX)
         } else {
             1.0
         };
@@ -116,10 +109,10 @@ fn variance_code(variance: f64, variance_max: f64) -> u8 {
     if variance <= 0.0 || variance_max <= 0.0 {
         return 0;
     }
-    let octaves = (variance / variance_max).log2();
-    (VARIANCE_CODE_MAX + CODES_PER_OCTAVE * octaves)
+    let most = f64::from(VARIANCE_CODE_MAX);
+    (most + CODES_PER_OCTAVE * (variance / variance_max).log2())
         .round()
-        .clamp(0.0, VARIANCE_CODE_MAX) as u8
+        .clamp(0.0, most) as u8
 }
 
 /// Compares layers with the posterior that they were rounded from.
@@ -158,8 +151,7 @@ fn layer_error(
             match layer.variance_codes[slot] {
                 0 => vanished += 1,
                 code => {
-                    let octaves = (f64::from(code) - VARIANCE_CODE_MAX) / CODES_PER_OCTAVE;
-                    let coded = f64::from(layer.variance_max) * octaves.exp2();
+                    let coded = f64::from(layer.variance_max) * octaves(code).exp2();
                     ln_sigma_max = ln_sigma_max.max(0.5 * (coded / variance).ln().abs());
                 }
             }
