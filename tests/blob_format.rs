@@ -111,7 +111,8 @@ fn random_bytes_never_panic() {
             bytes.truncate(field::HEADER_LEN + rng.next_u32() as usize % 400);
             rng.fill_bytes(&mut bytes);
             bytes[field::MAGIC].copy_from_slice(&field::MAGIC_BYTES);
-            bytes[field::VERSION].copy_from_slice(&1_u16.to_le_bytes());
+            let version = field::VERSION_GELU + (round / 2 % 3) as u16;
+            bytes[field::VERSION].copy_from_slice(&version.to_le_bytes());
             let length = (bytes.len() as u32).to_le_bytes();
             bytes[field::LENGTH].copy_from_slice(&length);
         }

@@ -9,4 +9,5 @@ mod tracker;
 pub(crate) use coast::Fix;
 pub use features::{FEATURES_MAX, features};
 pub use plot::Plot;
+pub use tracker::PREVIOUS_AGE_MAX_US;
 pub(crate) use tracker::{Memoryless, Model, Past, estimate};

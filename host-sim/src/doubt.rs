@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::scoring::bootstrap::{FlightSum, Interval, interval_95, mean};
+use crate::scoring::median::median;
 use crate::scoring::paired::PairedDifference;
 
 /// How one way of being in doubt does in one world at one noise level, all sampling rates together.
@@ -129,7 +130,7 @@ impl FlightSums {
             distance: sum(|step| step.score.error_m),
             nees: sum(|step| step.score.mahalanobis_squared),
             covered: sum(|step| f64::from(u8::from(step.score.covered_90()))),
-            surprise: sum(|step| step.score.negative_log_likelihood()),
+            surprise: sum(|step| step.score.surprise()),
             jerk: sum(|step| step.jerk_variance),
             share: sum(|step| step.noise_share),
         }
@@ -143,8 +144,7 @@ impl Doubt {
         };
         let average = |value| mean(&part(own, value));
         let against = |value| PairedDifference::new(&part(own, value), &part(first, value), seed);
-        let mut shares: Vec<f64> = own.iter().map(|sums| mean(&[sums.share])).collect();
-        shares.sort_unstable_by(f64::total_cmp);
+        let shares: Vec<f64> = own.iter().map(|sums| mean(&[sums.share])).collect();
         Self {
             distance_m: average(|sums| sums.distance),
             nees: average(|sums| sums.nees),
@@ -152,7 +152,7 @@ impl Doubt {
             coverage90_interval: interval_95(&part(own, |sums| sums.covered), seed),
             surprise: average(|sums| sums.surprise),
             jerk_sigma_mps3: average(|sums| sums.jerk).sqrt(),
-            noise_share: shares.get(shares.len() / 2).copied().unwrap_or(f64::NAN),
+            noise_share: median(&[&shares]),
             coverage90_gain: against(|sums| sums.covered),
             surprise_gain: against(|sums| sums.surprise),
         }

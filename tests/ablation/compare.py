@@ -5,8 +5,8 @@
 
 The arguments are --out folders of `host-sim evaluate --folds N --methods recursive --model BLOB`. For each OTHER: the change of
 the mean distance in per cent of BASE's and of the negative log-likelihood of a step in nats (no step counts for more
-than 50), means over the cells of noise and rate, with 95 % intervals from 2,000 draws of flights. Segments and runs of
-a recording are drawn together. Needs pyarrow and numpy; without them it makes a virtual environment under target/.
+than 60), means over the cells of noise and rate, with 95 % intervals from 2,000 draws of recordings with their segments and
+runs, of segments with their runs where there are fewer than ten recordings. Needs pyarrow and numpy; without them it makes a virtual environment under target/.
 """
 
 import re
@@ -16,7 +16,8 @@ from pathlib import Path
 
 PACKAGES = ["numpy==2.4.6", "pyarrow==22.0.0"]
 VENV = Path(__file__).resolve().parent.parent.parent / "target" / "ablation-venv"
-NLL_MAX = 50.0
+NLL_MAX = 60.0
+RECORDINGS_MIN = 10
 DRAWS = 2000
 
 
@@ -38,8 +39,8 @@ except ImportError:
     in_own_environment()
 
 
-def means(folder: str) -> dict:
-    """Mean distance and negative log-likelihood by cell and flight."""
+def sums(folder: str) -> dict:
+    """Sum of distances and of negative log-likelihoods, and the number of steps, by cell and flight."""
     names = ["noise", "rate", "flight", "error_m", "det_p_m6", "mahalanobis_squared"]
     steps = Path(folder) / "steps.parquet"
     try:
@@ -49,40 +50,56 @@ def means(folder: str) -> dict:
     log_determinant = np.log(np.maximum(table["det_p_m6"], 1e-300))
     square = np.array(table["mahalanobis_squared"])
     nll = np.minimum(0.5 * (3 * np.log(2 * np.pi) + log_determinant + square), NLL_MAX)
-    sums = {}
+    found = {}
     keys = zip(table["noise"], table["rate"], table["flight"], strict=True)
     for key, error, loss in zip(keys, table["error_m"], nll, strict=True):
-        entry = sums.setdefault(key, [0.0, 0.0, 0])
-        entry[0] += error
-        entry[1] += loss
-        entry[2] += 1
-    return {key: (error / count, loss / count) for key, (error, loss, count) in sums.items()}
+        entry = found.setdefault(key, np.zeros(3))
+        entry += (error, loss, 1)
+    return found
+
+
+def units(flights: set) -> dict:
+    """What is drawn together: recordings with their segments and runs, or segments with their runs if they are too few."""
+    recordings = {flight: re.split("[~#]", flight)[0] for flight in flights}
+    if len(set(recordings.values())) >= RECORDINGS_MIN:
+        return recordings
+    return {flight: flight.split("~")[0] for flight in flights}
 
 
 def main() -> None:
     if len(sys.argv) < 3:
         raise SystemExit(__doc__)
     base_folder, *folders = sys.argv[1:]
-    base = means(base_folder)
-    cells = {key[:2] for key in base}
-    in_cell = {cell: np.mean([v[0] for k, v in base.items() if k[:2] == cell]) for cell in cells}
-    recording = {key: re.split("[~#@]", key[2])[0] for key in base}
-    recordings = sorted(set(recording.values()))
-    draws = np.random.default_rng(1).integers(0, len(recordings), (DRAWS, len(recordings)))
+    base = sums(base_folder)
+    cells = sorted({key[:2] for key in base})
+    unit = units({key[2] for key in base})
+    names = sorted(set(unit.values()))
+
+    def by_unit(found: dict) -> np.ndarray:
+        """Units x cells x sums."""
+        array = np.zeros((len(names), len(cells), 3))
+        for (noise, rate, flight), entry in found.items():
+            array[names.index(unit[flight]), cells.index((noise, rate))] += entry
+        return array
+
+    def change(weights: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """Means over cells: of the mean distance in per cent, of a step's likelihood in nats; for each row of weights."""
+        was, is_now = (np.tensordot(weights, array, 1) for array in (before, other))
+        was, is_now = (totals[..., :2] / totals[..., 2:] for totals in (was, is_now))
+        distance = 100 * (is_now[..., 0] / was[..., 0] - 1)
+        return np.stack([distance, is_now[..., 1] - was[..., 1]], -1).mean(-2)
+
+    before = by_unit(base)
+    draws = np.random.default_rng(1).multinomial(len(names), np.full(len(names), 1 / len(names)), DRAWS)
     for folder in folders:
-        other = means(folder)
-        if other.keys() != base.keys():
+        found = sums(folder)
+        if found.keys() != base.keys():
             raise SystemExit(f"{folder}: other flights than {base_folder}")
-        changes = []
-        for name in recordings:
-            keys = [key for key in base if recording[key] == name]
-            distance = np.mean([(other[k][0] - base[k][0]) / in_cell[k[:2]] for k in keys])
-            changes.append((100 * distance, np.mean([other[k][1] - base[k][1] for k in keys])))
-        changes = np.array(changes)
-        low, high = np.quantile(changes[draws].mean(1), [0.025, 0.975], axis=0)
-        mean = changes.mean(0)
+        other = by_unit(found)
+        mean = change(np.ones((1, len(names))), other)[0]
+        low, high = np.quantile(change(draws.astype(float), other), [0.025, 0.975], axis=0)
         print(
-            f"{folder}: {len(recordings)} recordings, distance {mean[0]:+.2f} % [{low[0]:+.2f}, {high[0]:+.2f}], "
+            f"{folder}: {len(names)} drawn, distance {mean[0]:+.2f} % [{low[0]:+.2f}, {high[0]:+.2f}], "
             f"likelihood {mean[1]:+.3f} nats [{low[1]:+.3f}, {high[1]:+.3f}]"
         )
 

@@ -26,7 +26,7 @@ use crate::step_error::StepError;
 use crate::workspace::Workspace;
 
 /// A previous measurement older than this is forgotten: the next one starts anew.
-const PREVIOUS_AGE_MAX_US: u64 = 2_000_000;
+pub const PREVIOUS_AGE_MAX_US: u64 = 2_000_000;
 
 /// Variance added to each axis of the network's covariance, m^2: a millimetre, so that few passes
 /// or a collapsed posterior still give a positive definite matrix.

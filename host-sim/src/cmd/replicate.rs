@@ -18,7 +18,7 @@ use bnkf_model_export::regular_file::{self, ReadFileError};
 use crate::cmd::progress;
 use crate::output_folder::{self, OutputFolderError};
 use crate::replication::entry::entries;
-use crate::replication::page::page;
+use crate::replication::page::{has_place, page};
 use crate::replication::results::{Provenance, Results};
 use crate::replication::study::{FOLDS, Study, StudyError};
 
@@ -92,6 +92,11 @@ pub enum ReplicateError {
     /// A folder cannot take results.
     #[error(transparent)]
     Folder(#[from] OutputFolderError),
+    /// The old page is not of this command.
+    #[error(
+        "{0}: a page without the lines that this command writes between; name another, or remove it"
+    )]
+    NoPlace(PathBuf),
     /// The old page cannot be read.
     #[error(transparent)]
     Page(#[from] ReadFileError),
@@ -133,6 +138,9 @@ pub fn run(args: &Args) -> Result<(), ReplicateError> {
     }
     atomic_file::check(&[&page_path])?;
     let existing = read_page(&page_path)?;
+    if existing.as_deref().is_some_and(|page| !has_place(page)) {
+        return Err(ReplicateError::NoPlace(page_path));
+    }
     let data = flights(args)?;
     for reason in &data.unplaced {
         eprintln!("warning: left out: {reason}");
@@ -169,7 +177,8 @@ pub fn run(args: &Args) -> Result<(), ReplicateError> {
         quick: args.quick,
     };
     let results = Results::new(provenance, &entries, cells?);
-    let text = page(existing.as_deref(), &results);
+    let text =
+        page(existing.as_deref(), &results).ok_or(ReplicateError::NoPlace(page_path.clone()))?;
     let files = [
         (args.out.join("replication.json"), results.json()),
         (args.out.join("replication.csv"), results.csv()),

@@ -8,6 +8,7 @@ use crate::contest::track::track;
 use crate::csv_text::{self, number};
 use crate::method::Method;
 use crate::scenario::radar::{Condition, Radar};
+use crate::scoring::median::median;
 
 /// Times that each flight is flown; the fastest counts, for what else ran then disturbed it least.
 const REPEATS: usize = 5;
@@ -55,10 +56,14 @@ pub fn measure(
             times.push((fastest_s, steps));
         }
     }
+    let middle = |flights: &[(f64, usize)], value: fn(&(f64, usize)) -> f64| {
+        let values: Vec<f64> = flights.iter().map(value).collect();
+        median(&[&values])
+    };
     let time = |(method, flights): (Method, Vec<(f64, usize)>)| MethodTime {
         method,
-        step_us: 1e6 * median(flights.iter().map(|(s, steps)| s / *steps as f64)),
-        flight_ms: 1e3 * median(flights.iter().map(|(s, _)| *s)),
+        step_us: 1e6 * middle(&flights, |(s, steps)| s / *steps as f64),
+        flight_ms: 1e3 * middle(&flights, |(s, _)| *s),
     };
     seconds.into_iter().map(time).collect()
 }
@@ -89,13 +94,6 @@ pub fn csv(times: &[MethodTime]) -> Vec<u8> {
         vec![method, number(time.step_us), number(time.flight_ms)]
     };
     csv_text::csv(&["method", "step_us", "flight_ms"], times.iter().map(row))
-}
-
-/// The upper of the middle values; NaN for none.
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut sorted: Vec<f64> = values.collect();
-    sorted.sort_unstable_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]

@@ -4,11 +4,9 @@ use std::path::Path;
 use std::str::FromStr;
 
 use bnkf::Inference;
+use bnkf::blob::field::PASSES_MAX;
 
 use crate::contest::model::{Model, ModelError};
-
-/// Most Monte Carlo passes of a network.
-const PASSES_MAX: u16 = 100;
 
 /// What an argument names: `NAME=BLOB[+BLOB...][@PASSES]`, or `@moments`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -111,7 +109,7 @@ mod tests {
             let refused = text.parse::<Entry>().unwrap_err();
             assert!(matches!(refused, EntryError::Form { .. }), "{text}");
         }
-        for text in ["x=a@0", "x=a@101", "x=a@many"] {
+        for text in ["x=a@0", "x=a@10001", "x=a@many"] {
             let refused = text.parse::<Entry>().unwrap_err();
             assert!(matches!(refused, EntryError::Passes { .. }), "{text}");
         }

@@ -14,13 +14,20 @@ const END: &str = "<!-- made by `host-sim replicate`: end -->";
 
 const TITLE: &str = "# The paper, replicated both ways\n";
 
-/// The page: `existing` with its tables renewed, or a new one.
-pub fn page(existing: Option<&str>, results: &Results) -> String {
+/// The page: `existing` with its tables renewed, or a new one. `None` if the existing one has no place for them: it is
+/// not this command's.
+pub fn page(existing: Option<&str>, results: &Results) -> Option<String> {
     let tables = tables(results);
-    match existing.and_then(parts) {
-        Some((before, _, after)) => format!("{before}{tables}{after}"),
-        None => format!("{TITLE}\n{tables}"),
-    }
+    let Some(existing) = existing else {
+        return Some(format!("{TITLE}\n{tables}"));
+    };
+    let (before, _, after) = parts(existing)?;
+    Some(format!("{before}{tables}{after}"))
+}
+
+/// Whether a page has a place for the tables.
+pub fn has_place(page: &str) -> bool {
+    parts(page).is_some()
 }
 
 /// The part of a page that the command makes, markers and all.
@@ -30,9 +37,13 @@ pub fn made_part(page: &str) -> Option<&str> {
 
 fn parts(page: &str) -> Option<(&str, &str, &str)> {
     let begin = page.find(BEGIN)?;
-    let end = begin + page[begin..].find(END)? + END.len() + 1;
-    let made = page.get(begin..end)?;
-    Some((&page[..begin], made, &page[end..]))
+    let (before, rest) = page.split_at(begin);
+    let mut end = rest.find(END)? + END.len();
+    if rest[end..].starts_with('\n') {
+        end += 1;
+    }
+    let (made, after) = rest.split_at(end);
+    Some((before, made, after))
 }
 
 /// Everything between the markers.
@@ -191,7 +202,7 @@ mod tests {
     #[test]
     fn a_new_page_holds_every_line_and_an_old_one_keeps_its_prose() {
         let results = results();
-        let new = page(None, &results);
+        let new = page(None, &results).expect("a new page");
         for line in &results.lines {
             assert!(
                 new.contains(&format!("| {} | 1.00", line.label)),
@@ -202,18 +213,25 @@ mod tests {
         assert!(new.contains("A quick run") && new.contains("f00"));
         assert!(new.contains("1.00 / 1.60 / 2.50e-8 (1234)"), "{new}");
         let old = format!("# Mine\n\nprose\n\n{BEGIN}\nold\n{END}\nmore\n");
-        let renewed = page(Some(&old), &results);
+        let renewed = page(Some(&old), &results).expect("markers");
         assert!(renewed.starts_with("# Mine\n\nprose\n") && renewed.ends_with("more\n"));
         assert_eq!(made_part(&renewed), made_part(&new));
         assert!(!renewed.contains("old\n"));
-        // A page without markers is no page of ours: it is replaced whole.
-        assert_eq!(page(Some("other"), &results), new);
+        // Where the last line has no end, and where a letter follows that is longer than a byte.
+        for after in ["", "é"] {
+            let old = format!("# Mine\n{BEGIN}\nold\n{END}{after}");
+            let renewed = page(Some(&old), &results).expect("markers");
+            assert!(renewed.starts_with("# Mine\n") && renewed.ends_with(after));
+            assert!(!renewed.contains("old\n"));
+        }
+        // A page without markers is no page of ours.
+        assert_eq!(page(Some("other"), &results), None);
     }
 
     #[test]
     fn ablations_state_the_change_beside_their_first_line() {
         let results = results();
-        let text = page(None, &results);
+        let text = page(None, &results).expect("a new page");
         let base = results
             .lines
             .iter()

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::departure::Departure;
 use super::recipe::Recipe;
+use crate::scoring::median::median;
 
 /// Limits above which the published code leaves an estimate out: error, D and det P.
 const ERROR_MAX_M: f64 = 1000.0;
@@ -66,8 +67,7 @@ impl Tally {
             let sum = self.scores.iter().map(value).fold(0.0, |sum, x| sum + x);
             sum / self.scores.len().max(1) as f64
         };
-        let mut determinants: Vec<f64> = self.scores.iter().map(|score| score.det_p_m6).collect();
-        determinants.sort_unstable_by(f64::total_cmp);
+        let determinants: Vec<f64> = self.scores.iter().map(|score| score.det_p_m6).collect();
         Summary {
             scored: self.scores.len(),
             dropped: self.dropped,
@@ -76,10 +76,11 @@ impl Tally {
             distance: mean(StepScore::mahalanobis),
             distance_squared: mean(|score| score.mahalanobis_squared),
             det_p_mean_m6: mean(|score| score.det_p_m6),
-            det_p_median_m6: determinants
-                .get(determinants.len() / 2)
-                .copied()
-                .unwrap_or(0.0),
+            det_p_median_m6: if determinants.is_empty() {
+                0.0
+            } else {
+                median(&[&determinants])
+            },
         }
     }
 }

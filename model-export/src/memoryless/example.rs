@@ -9,10 +9,7 @@ use crate::random_source::RandomSource;
 use crate::seed;
 use bnkf::Measurement;
 use bnkf::blob::FeatureLayout;
-use bnkf::memoryless::{FEATURES_MAX, Plot, features};
-
-/// A previous measurement older than this is forgotten, as the tracker does.
-const PREVIOUS_AGE_MAX_US: u64 = 2_000_000;
+use bnkf::memoryless::{FEATURES_MAX, PREVIOUS_AGE_MAX_US, Plot, features};
 
 /// Noise level and sampling rate of one pass over a flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
