@@ -7,19 +7,7 @@ set -euo pipefail
 target=thumbv7em-none-eabihf
 missing=()
 
-say() { printf 'setup: %s\n' "$*"; }
-
-# As root, or through sudo.
-root() {
-    if [ "$(id -u)" -eq 0 ]; then
-        "$@"
-    elif command -v sudo >/dev/null; then
-        sudo "$@"
-    else
-        say "need root (or sudo) to run: $*" >&2
-        return 1
-    fi
-}
+. "$(dirname "${BASH_SOURCE[0]}")/apt.sh"
 
 has_installed_target() {
     local libraries
@@ -51,16 +39,6 @@ add_rustup_target() {
     say "rustup target add $target"
     # A blocked download must not hang the tests.
     timeout 180 rustup target add "$target"
-}
-
-apt_install() {
-    command -v apt-get >/dev/null || {
-        say "no apt-get here; install by hand: $*" >&2
-        return 1
-    }
-    say "apt-get install $*"
-    root apt-get update -qq &&
-        root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@"
 }
 
 if ! command -v cargo >/dev/null; then
