@@ -128,8 +128,9 @@ def main():
         (WORK / folder).mkdir(parents=True, exist_ok=True)
     binaries = options.binaries
     if binaries is None:
-        call("cargo", "build", "--release", "--bin", "host-sim", "--bin", "model-export")
-        binaries = ROOT / "target" / "release"
+        call("cargo", "build", "--release", "--locked", "--bin", "host-sim", "--bin", "model-export")
+        # Cargo, which ran in ROOT, takes a relative folder from there.
+        binaries = ROOT / os.environ.get("CARGO_TARGET_DIR", "target") / "release"
     host_sim, model_export = (binaries.resolve() / name for name in ("host-sim", "model-export"))
     environment.made(VENV, PACKAGES)
     for module in CHECKED:

@@ -137,7 +137,7 @@ def host_sim():
             table = csv.writer(file)
             table.writerow(["timestamp", "tx", "ty", "tz"])
             table.writerows([f"{t:.1f}", *(f"{x:.9f}" for x in p)] for t, p, _ in flight(number))
-    command = "cargo run --release --bin host-sim -- evaluate --quick --folds 2 --epochs 1 --segment-s 0"
+    command = "cargo run --release --locked --bin host-sim -- evaluate --quick --folds 2 --epochs 1 --segment-s 0"
     paths = ["--flights", str(flights), "--out", str(WORK / "out")]
     subprocess.run([*command.split(), *paths], check=True, cwd=ROOT, stdout=subprocess.DEVNULL)
     return json.loads((WORK / "out" / "runtime.json").read_text())
