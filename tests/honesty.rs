@@ -229,7 +229,7 @@ fn a_target_faster_than_the_model_is_tracked_and_said_to_be_outside() {
             }
         }
         assert_eq!(tracked, 80, "{speed} m/s");
-        // The model's bound is 55 m/s, from its blob's population.
+        // The model's bound is 45 m/s, a parameter of its blob.
         assert_eq!(outside, 80, "{speed} m/s");
         assert!(nees / 80.0 < 3.0, "{nees}");
         let (before, after) = (tracker.coast(10_900_000), tracker.coast(14_900_000));

@@ -20,10 +20,15 @@ check clippy cargo clippy --quiet --keep-going --locked --workspace --all-target
 # No workspace build has them.
 check features cargo clippy --quiet --locked -p bnkf --features defmt,serde -- -D warnings
 check "nothing but the core" cargo clippy --quiet --locked -p bnkf --no-default-features --features c -- -D warnings
-# Not a member of the workspace.
+# Not members of the workspace.
 check "format of Python's crate" cargo fmt --manifest-path firmware/python/Cargo.toml --check
 check "clippy of Python's crate" cargo clippy --quiet --locked --manifest-path firmware/python/Cargo.toml \
     --target-dir "${CARGO_TARGET_DIR:-target}/python" --all-targets -- -D warnings
+check "format of mutation tests" cargo fmt --manifest-path tests/mutants/Cargo.toml --check
+check "clippy of mutation tests" cargo clippy --quiet --locked --manifest-path tests/mutants/Cargo.toml \
+    --target-dir "${CARGO_TARGET_DIR:-target}/mutants-at-once/tool" --all-targets -- -D warnings
+# No clippy: it would build libFuzzer, and all that the targets call is in a test of the workspace.
+check "format of fuzzing" cargo fmt --manifest-path tests/fuzz/Cargo.toml --check
 check documentation env RUSTDOCFLAGS="-D warnings" \
     cargo doc --quiet --keep-going --locked --workspace --no-deps
 

@@ -14,7 +14,7 @@ out=$PWD/target/mutants-at-once
 build=${CARGO_TARGET_DIR:-$out/build}
 mkdir -p "$out"
 cargo mutants --config tests/mutants.toml --package bnkf --list --json "$@" >"$out/list.json"
-nice cargo build --quiet --release --manifest-path tests/mutants/Cargo.toml --target-dir "$out/tool"
+nice cargo build --quiet --release --locked --manifest-path tests/mutants/Cargo.toml --target-dir "$out/tool"
 tool=$out/tool/release/mutants-at-once
 
 # What does not compile is left out and counted as unviable.

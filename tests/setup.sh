@@ -1,25 +1,15 @@
 #!/usr/bin/env bash
-# Installs what the tests need beyond a Rust toolchain: a C compiler for the host and one for the
-# Cortex-M4F, CMake, a Rust compiler for the Cortex-M4F, QEMU, a browser for the report, and Python for the
-# wheel. Does nothing, quickly, when all is there. Says what it uses.
+# Installs what the tests need beyond a Rust toolchain: a C compiler for the host, a Rust compiler for the
+# Cortex-M4F, QEMU, and Python for the wheel; and what tests leave themselves out without: compilers for C++
+# and for C on the Cortex-M4F, CMake, and a browser for the report. Does nothing, quickly, when all is there.
+# Says what it uses.
 set -euo pipefail
 
 target=thumbv7em-none-eabihf
 missing=()
+optional=()
 
-say() { printf 'setup: %s\n' "$*"; }
-
-# As root, or through sudo.
-root() {
-    if [ "$(id -u)" -eq 0 ]; then
-        "$@"
-    elif command -v sudo >/dev/null; then
-        sudo "$@"
-    else
-        say "need root (or sudo) to run: $*" >&2
-        return 1
-    fi
-}
+. "$(dirname "${BASH_SOURCE[0]}")/apt.sh"
 
 has_installed_target() {
     local libraries
@@ -42,8 +32,7 @@ has_linker() {
 
 # The report's test opens the page.
 browser() {
-    command -v chromium >/dev/null || command -v chromium-browser >/dev/null ||
-        command -v google-chrome >/dev/null
+    command -v chromium || command -v chromium-browser || command -v google-chrome
 }
 
 add_rustup_target() {
@@ -53,31 +42,26 @@ add_rustup_target() {
     timeout 180 rustup target add "$target"
 }
 
-apt_install() {
-    command -v apt-get >/dev/null || {
-        say "no apt-get here; install by hand: $*" >&2
-        return 1
-    }
-    say "apt-get install $*"
-    root apt-get update -qq &&
-        root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@"
-}
-
 if ! command -v cargo >/dev/null; then
     say "no cargo: install Rust from https://rustup.rs first" >&2
     exit 1
 fi
 command -v cc >/dev/null || missing+=(gcc libc6-dev)
-command -v c++ >/dev/null || missing+=(g++)
-command -v arm-none-eabi-gcc >/dev/null || missing+=(gcc-arm-none-eabi)
-command -v cmake >/dev/null || missing+=(cmake)
 command -v qemu-system-arm >/dev/null || missing+=(qemu-system-arm)
-browser || missing+=(chromium)
 # The wheel's test makes an environment.
 python3 -c 'import ensurepip, venv' 2>/dev/null || missing+=(python3 python3-venv)
 if [ ${#missing[@]} -gt 0 ]; then
     apt_install "${missing[@]}"
 fi
+# tests/from_c.rs and the report's test name what they leave out.
+command -v c++ >/dev/null || optional+=(g++)
+command -v arm-none-eabi-gcc >/dev/null || optional+=(gcc-arm-none-eabi)
+command -v cmake >/dev/null || optional+=(cmake)
+browser >/dev/null || optional+=(chromium)
+# One by one: a system may lack one of them.
+for package in "${optional[@]}"; do
+    apt_install "$package" || say "no $package: what needs it is left out" >&2
+done
 if ! has_installed_target && ! has_debian_toolchain && ! add_rustup_target; then
     # Where rustup cannot download: Debian's compiler with the sources of the core library.
     apt_install rustc-web cargo-web rust-web-src lld
@@ -92,4 +76,4 @@ else
     exit 1
 fi
 say "emulator: $(qemu-system-arm --version | head -n 1)"
-say "browser: $(command -v chromium || command -v chromium-browser || command -v google-chrome)"
+say "browser: $(browser || echo none)"

@@ -1,4 +1,5 @@
-//! Flights that no training shows: made from built-in ones, with velocities that change at once.
+//! Flights that no training shows: made from built-in ones, with velocities (darts) or accelerations (bursts, falls)
+//! that change at once.
 
 pub mod bursts;
 pub mod darts;

@@ -10,9 +10,12 @@ runs, of segments with their runs where there are fewer than ten recordings. Nee
 """
 
 import re
-import subprocess
 import sys
 from pathlib import Path
+
+# Beside the folder of this script.
+sys.path.append(str(Path(__file__).resolve().parent.parent))
+import environment
 
 PACKAGES = ["numpy==2.4.6", "pyarrow==22.0.0"]
 VENV = Path(__file__).resolve().parent.parent.parent / "target" / "ablation-venv"
@@ -21,22 +24,14 @@ RECORDINGS_MIN = 10
 DRAWS = 2000
 
 
-def in_own_environment() -> None:
-    python = VENV / "bin" / "python"
-    if Path(sys.prefix) == VENV:
-        raise SystemExit(f"{VENV} lacks a package; remove it")
-    if not python.exists():
-        subprocess.run([sys.executable, "-m", "venv", str(VENV)], check=True)
-        subprocess.run([str(python), "-m", "pip", "install", "--quiet", *PACKAGES], check=True)
-    raise SystemExit(subprocess.run([str(python), *sys.argv], check=False).returncode)
-
-
 try:
     import numpy as np
     import pyarrow as pa
     import pyarrow.parquet as pq
 except ImportError:
-    in_own_environment()
+    if environment.is_in(VENV):
+        raise SystemExit(f"{VENV} lacks a package; remove it") from None
+    environment.enter(VENV, PACKAGES)
 
 
 def sums(folder: str) -> dict:

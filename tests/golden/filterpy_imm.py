@@ -13,10 +13,12 @@ only hands the measurement function to FilterPy's EKF.
 """
 
 import json
-import os
-import subprocess
 import sys
 from pathlib import Path
+
+# Beside the folder of this script.
+sys.path.append(str(Path(__file__).resolve().parent.parent))
+import environment
 
 PACKAGES = ["filterpy==2.0.0", "numpy==2.4.6", "scipy==1.17.1"]
 HERE = Path(__file__).resolve().parent
@@ -28,16 +30,6 @@ Q_M2_S3 = 0.8
 SOJOURN_S = 3.0
 PARTS = [0.0, -0.5, 0.5, -1.0, 1.0]
 EVERY = 4
-
-
-def enter_venv():
-    if Path(sys.prefix) == VENV:
-        return
-    python = VENV / "bin" / "python"
-    if not python.exists():
-        subprocess.run([sys.executable, "-m", "venv", str(VENV)], check=True)
-        subprocess.run([str(python), "-m", "pip", "install", "-q", *PACKAGES], check=True)
-    os.execv(python, [str(python), str(Path(__file__).resolve())])
 
 
 def discrete(turn_rate, dt):
@@ -95,7 +87,7 @@ def difference(z, expected):
 
 
 def main():
-    enter_venv()
+    environment.enter(VENV, PACKAGES)
     import filterpy
     import numpy as np
     from filterpy.kalman import ExtendedKalmanFilter, IMMEstimator

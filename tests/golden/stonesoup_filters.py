@@ -25,10 +25,12 @@ Five things are not Stone Soup's defaults:
 """
 
 import json
-import os
-import subprocess
 import sys
 from pathlib import Path
+
+# Beside the folder of this script.
+sys.path.append(str(Path(__file__).resolve().parent.parent))
+import environment
 
 PACKAGES = ["stonesoup==1.9.1", "numpy==2.4.6"]
 HERE = Path(__file__).resolve().parent
@@ -45,16 +47,6 @@ SIGMAS = {
     "medium": (10.0, 0.01, 0.01, 0.1),
     "high": (100.0, 0.1, 0.1, 1.0),
 }
-
-
-def enter_venv():
-    if Path(sys.prefix) == VENV:
-        return
-    python = VENV / "bin" / "python"
-    if not python.exists():
-        subprocess.run([sys.executable, "-m", "venv", str(VENV)], check=True)
-        subprocess.run([str(python), "-m", "pip", "install", "-q", *PACKAGES], check=True)
-    os.execv(python, [str(python), str(Path(__file__).resolve())])
 
 
 def path(noise, t):
@@ -151,7 +143,7 @@ def run(kind, sigmas, prior_mean, prior_variance, readings):
 
 
 def main():
-    enter_venv()
+    environment.enter(VENV, PACKAGES)
     import numpy as np
     import stonesoup
 

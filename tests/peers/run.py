@@ -19,6 +19,10 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+# Beside the folder of this script.
+sys.path.append(str(Path(__file__).resolve().parent.parent))
+import environment
+
 PACKAGES = ["jax==0.10.2", "optax==0.2.8", "numpy==2.4.6", "scipy==1.17.1", "stonesoup==1.9.1", "filterpy==2.0.0"]
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
@@ -63,15 +67,6 @@ def stage(outputs, work):
     if lost:
         raise SystemExit(f"not made: {lost}")
     print(f"{names}: {time.time() - began:.0f} s", flush=True)
-
-
-def make_venv():
-    part = VENV.with_name("peers-venv.partial")
-    shutil.rmtree(part, ignore_errors=True)
-    shutil.rmtree(VENV, ignore_errors=True)
-    call(sys.executable, "-m", "venv", VENV)
-    call(VENV / "bin" / "python", "-m", "pip", "install", "-q", *PACKAGES)
-    (VENV / "complete").touch()
 
 
 def make_scenario(name):
@@ -133,10 +128,11 @@ def main():
         (WORK / folder).mkdir(parents=True, exist_ok=True)
     binaries = options.binaries
     if binaries is None:
-        call("cargo", "build", "--release", "--bin", "host-sim", "--bin", "model-export")
-        binaries = ROOT / "target" / "release"
+        call("cargo", "build", "--release", "--locked", "--bin", "host-sim", "--bin", "model-export")
+        # Cargo, which ran in ROOT, takes a relative folder from there.
+        binaries = ROOT / os.environ.get("CARGO_TARGET_DIR", "target") / "release"
     host_sim, model_export = (binaries.resolve() / name for name in ("host-sim", "model-export"))
-    stage([VENV / "complete"], make_venv)
+    environment.made(VENV, PACKAGES)
     for module in CHECKED:
         call(VENV / "bin" / "python", "-m", "doctest", HERE / f"{module}.py")
     stage([WORK / "flights.npz"], lambda: make_flights(model_export))

@@ -26,6 +26,10 @@ import sys
 import time
 from pathlib import Path
 
+# Beside the folder of this script.
+sys.path.append(str(Path(__file__).resolve().parent.parent))
+import environment
+
 PACKAGES = ["stonesoup==1.9.1", "numpy==2.4.6", "torchbnn==1.2"]
 TORCH = "torch==2.5.1"
 TORCH_INDEX = "https://download.pytorch.org/whl/cpu"
@@ -39,18 +43,12 @@ PASSES = 100
 SIGMAS = (100.0, 0.1, 0.1, 1.0)  # range m, elevation rad, azimuth rad, range-rate m/s
 
 
-def enter_venv(options):
-    """Runs this file again in the environment, once."""
-    venv = Path(options.venv) if options.venv else VENV
-    if Path(sys.prefix).resolve() == venv.resolve():
-        return
-    python = venv / "bin" / "python"
-    if not python.exists():
-        subprocess.run([sys.executable, "-m", "venv", str(venv)], check=True)
-        pip = [str(python), "-m", "pip", "install", "-q"]
-        subprocess.run([*pip, "--extra-index-url", TORCH_INDEX, TORCH], check=True)
-        subprocess.run([*pip, *PACKAGES], check=True)
-    os.execv(python, [str(python), str(Path(__file__).resolve()), "--venv", str(venv)])
+def enter_venv(named):
+    """Runs this file again in the environment, once. A named one is somebody's: it is taken as it is."""
+    if not named:
+        environment.enter(VENV, ["--extra-index-url", TORCH_INDEX, TORCH], PACKAGES)
+    elif not environment.is_in(Path(named)):
+        environment.run_again(Path(named) / "bin" / "python")
 
 
 def flight(number):
@@ -139,7 +137,7 @@ def host_sim():
             table = csv.writer(file)
             table.writerow(["timestamp", "tx", "ty", "tz"])
             table.writerows([f"{t:.1f}", *(f"{x:.9f}" for x in p)] for t, p, _ in flight(number))
-    command = "cargo run --release --bin host-sim -- evaluate --quick --folds 2 --epochs 1 --segment-s 0"
+    command = "cargo run --release --locked --bin host-sim -- evaluate --quick --folds 2 --epochs 1 --segment-s 0"
     paths = ["--flights", str(flights), "--out", str(WORK / "out")]
     subprocess.run([*command.split(), *paths], check=True, cwd=ROOT, stdout=subprocess.DEVNULL)
     return json.loads((WORK / "out" / "runtime.json").read_text())
@@ -158,7 +156,7 @@ def machine():
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--venv", default=os.environ.get("BNKF_RUNTIME_VENV"))
-    enter_venv(parser.parse_args())
+    enter_venv(parser.parse_args().venv)
     os.environ["OMP_NUM_THREADS"] = "1"
     name, cores = machine()
     ours = {row["method"]: row["step_us"] for row in host_sim()}

@@ -1,4 +1,5 @@
-//! Every tolerance of the tests in this folder, with its reason.
+//! Tolerances of the tests in this folder, with their reasons. Not all of them: some stand beside the only assertion
+//! that uses them.
 
 // Each test file uses its own part of the table.
 #![allow(dead_code)]

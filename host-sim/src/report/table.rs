@@ -84,8 +84,9 @@ fn line(text: &mut String, content: std::fmt::Arguments<'_>) {
     writeln!(text, "{content}").expect("a String grows");
 }
 
-/// Three significant digits, in scientific notation where plain digits would be many. The report's
-/// script (`text` in `page.js`) writes its other measures the same way.
+/// Three digits after the point below 10, two below 100, one below 10,000; from there on, and below 0.01 but for 0,
+/// three significant ones in scientific notation; a dash for what is not finite. The report's script (`text` in
+/// `page.js`) writes its other measures the same way.
 pub fn number(value: f64) -> String {
     let size = value.abs();
     if !value.is_finite() {
@@ -152,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_keep_three_digits() {
+    fn digits_after_the_point_get_fewer_as_numbers_grow() {
         let cases = [
             (0.0, "0.000"),
             (0.1234, "0.123"),
