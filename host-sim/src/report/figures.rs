@@ -78,7 +78,7 @@ pub(super) fn draw(material: &Material<'_>) -> Vec<Figure> {
             metrics_figure::draw(&cells, &floors),
         );
         let full = groups(outcome, &radar.rates, table, 0);
-        let measured = format!("All samples measured; angle figures as {spelt}.");
+        let measured = format!("{}; angle figures as {spelt}.", part(radar.rates[0]));
         add(
             "reliability",
             format!("reliability-{table}"),
@@ -102,8 +102,8 @@ pub(super) fn draw(material: &Material<'_>) -> Vec<Figure> {
         }
         let sparse = groups(outcome, &radar.rates, table, radar.rates.len() - 1);
         let caption = format!(
-            "{ED} Left of each pair every method, right what lies near the best. Sampling rate {}; angle figures as {spelt}.",
-            radar.rates[radar.rates.len() - 1]
+            "{ED} Left of each pair every method, right what lies near the best. {}; angle figures as {spelt}.",
+            part(radar.rates[radar.rates.len() - 1])
         );
         add(
             "phases",
@@ -211,7 +211,16 @@ pub(super) fn draw(material: &Material<'_>) -> Vec<Figure> {
     figures
 }
 
-/// Error and NEES at `noise`, all samples measured.
+/// How many of a flight's samples are measured.
+fn part(rate: SamplingRate) -> String {
+    if rate == SamplingRate::FULL {
+        "All samples measured".to_owned()
+    } else {
+        format!("Sampling rate {rate}")
+    }
+}
+
+/// Error and NEES at `noise` and the first sampling rate.
 fn variation_rows<'a>(
     campaign: &Campaign,
     outcome: &'a Outcome,

@@ -65,7 +65,7 @@ pub fn headline(
                 best == Some(*method),
                 best.is_some_and(|best| tied(outcome, condition, *method, best)),
             );
-            let first = column % 3 == 0;
+            let first = begins_noise(&own, column);
             push(
                 &mut html,
                 format_args!(
@@ -85,6 +85,12 @@ pub fn headline(
     html
 }
 
+/// Whether a column is the first of its noise level.
+fn begins_noise(conditions: &[&Condition], column: usize) -> bool {
+    let before = column.checked_sub(1).map(|before| conditions[before].noise);
+    before != Some(conditions[column].noise)
+}
+
 fn push_floor(html: &mut String, outcome: &Outcome, conditions: &[&Condition]) {
     html.push_str("<tr><th class=\"method\">bound</th>");
     for (column, condition) in conditions.iter().enumerate() {
@@ -93,7 +99,7 @@ fn push_floor(html: &mut String, outcome: &Outcome, conditions: &[&Condition]) {
             .iter()
             .find(|floor| floor.condition == **condition);
         let text = floor.map_or("-".to_owned(), |floor| number(floor.ed_m));
-        let first = if column % 3 == 0 {
+        let first = if begins_noise(conditions, column) {
             " class=\"first\""
         } else {
             ""
@@ -168,10 +174,11 @@ pub fn tunings(candidates: &[Candidate], table: NoiseTable) -> String {
         .iter()
         .filter(|candidate| candidate.condition.table == table)
         .collect();
-    let mut html =
-        "<details><summary>Every fit</summary><div class=\"scroll\"><table>\n<thead><tr>\
-                    <th class=\"method\">method</th><th>noise</th><th>rate</th>"
-            .to_owned();
+    let mut html = format!(
+        "<details><summary>Every fit, angle figures as {}</summary><div class=\"scroll\"><table>\n<thead><tr>\
+         <th class=\"method\">method</th><th>noise</th><th>rate</th>",
+        name(table)
+    );
     for tuned_on in TunedOn::ALL {
         push(&mut html, format_args!("<th>{tuned_on}, m</th>"));
     }

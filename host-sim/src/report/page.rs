@@ -79,7 +79,12 @@ pub(super) fn page(material: &Material<'_>, figures: &[Figure]) -> String {
     fill("by-motion", &by_motion);
     let ahead = outcome.forecast_cells(radar.tables[0]);
     fill("forecasts", &forecasts::html(&ahead));
-    fill("consistency", &headline::consistency(&full_rate));
+    let shown = headline::name(radar.tables[0]);
+    let consistency = headline::consistency(&full_rate);
+    fill(
+        "consistency",
+        &format!("<p>Angle figures as {shown}.</p>\n{consistency}"),
+    );
     let cluster = match outcome.cluster {
         Cluster::Recording => "recording",
         Cluster::Flight => "flight",
