@@ -5,13 +5,17 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// What the answers depend on.
-const SOURCES: [&str; 7] = [
+const SOURCES: [&str; 11] = [
     "src",
     "scenarios",
     "build.rs",
     "../firmware/src",
     "../model-export/src",
     "../models",
+    "Cargo.toml",
+    "../firmware/Cargo.toml",
+    "../model-export/Cargo.toml",
+    "../Cargo.toml",
     "../Cargo.lock",
 ];
 

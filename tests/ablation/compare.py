@@ -3,7 +3,7 @@
 
     python3 tests/ablation/compare.py BASE OTHER [OTHER ...]
 
-The arguments are --out folders of `host-sim evaluate --folds N --methods recursive --model BLOB`. For each OTHER: the change of
+The arguments are --out folders of `host-sim evaluate --folds N --noise-table radians --methods recursive --model BLOB --steps`. For each OTHER: the change of
 the mean distance in per cent of BASE's and of the negative log-likelihood of a step in nats (no step counts for more
 than 60), means over the cells of noise and rate, with 95 % intervals from 2,000 draws of recordings with their segments and
 runs, of segments with their runs where there are fewer than ten recordings. Needs pyarrow and numpy; without them it makes a virtual environment under target/.
@@ -36,12 +36,14 @@ except ImportError:
 
 def sums(folder: str) -> dict:
     """Sum of distances and of negative log-likelihoods, and the number of steps, by cell and flight."""
-    names = ["noise", "rate", "flight", "error_m", "det_p_m6", "mahalanobis_squared"]
+    names = ["noise_table", "noise", "rate", "flight", "error_m", "det_p_m6", "mahalanobis_squared"]
     steps = Path(folder) / "steps.parquet"
     try:
         table = pq.read_table(steps, columns=names).to_pydict()
     except (OSError, pa.ArrowInvalid) as error:
         raise SystemExit(f"{steps}: not the steps of an evaluation: {error}") from None
+    if len(set(table["noise_table"])) > 1:
+        raise SystemExit(f"{steps}: two noise tables, which are two worlds: evaluate with --noise-table")
     log_determinant = np.log(np.maximum(table["det_p_m6"], 1e-300))
     square = np.array(table["mahalanobis_squared"])
     nll = np.minimum(0.5 * (3 * np.log(2 * np.pi) + log_determinant + square), NLL_MAX)

@@ -4,7 +4,9 @@
 #   bash tests/results/run.sh gazebo=FOLDER ansfl=FOLDER        (folders of recordings, which are not in this repository)
 # On two free cores runs take 8 minutes, scenarios 20, evaluation and both recorded sets 50 each, the counter-UAS radar one.
 set -euo pipefail
-cd "$(dirname "$0")/../.."
+here=$PWD
+self=$(realpath "$0")
+cd "$(dirname "$self")/../.."
 
 filters=ekf-tuned,imm5
 more_filters=$filters,imm10,particle
@@ -12,7 +14,18 @@ common=(cells.csv comparisons.csv)
 ahead=(forecasts.csv forecast_comparisons.csv)
 sorted=(bins.csv bounds.csv phases.csv)
 
-[ $# -gt 0 ] || { sed -n '2,5s/^# *//p' "$0"; exit 2; }
+[ $# -gt 0 ] || { sed -n '2,5s/^# *//p' "$self"; exit 2; }
+# A folder is named from where the command is given.
+asked=()
+for what; do
+    case $what in
+        *=/* | *=) ;;
+        *=*) what=${what%%=*}=$here/${what#*=} ;;
+    esac
+    asked+=("$what")
+done
+set -- "${asked[@]}"
+
 for what; do
     case $what in
         runs | scenarios | counter-uas | evaluation) ;;

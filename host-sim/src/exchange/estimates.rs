@@ -204,7 +204,8 @@ fn estimate(
     // What no score can be made of would silently count as a divergence.
     if StepScore::new(&position_m, &covariance_m2, &position_m).is_err() {
         return Err(TableCause::Row(
-            "the covariance is not positive definite".to_owned(),
+            "the covariance is not positive definite, or its determinant is too small for a number"
+                .to_owned(),
         ));
     }
     Ok(PositionEstimate::new(position_m, covariance_m2))
