@@ -408,7 +408,7 @@ extern "C" {
 #endif // __cplusplus
 
 // A direction in the axes of a sensor that is turned by yaw, pitch and roll (rad), as one in the track's axes; what
-// is not finite, and a sigma that no measurement may have, is named, and nothing is written then.
+// no measurement may have, and a turn that is not finite, is named, and nothing is written then.
 //
 // # Safety
 // `direction` is room for a direction.

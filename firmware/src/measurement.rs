@@ -94,6 +94,26 @@ impl Channel {
             Self::RangeRate => RANGE_RATE_SIGMA_MPS,
         }
     }
+
+    /// Whether a standard deviation is within its limits.
+    pub(crate) fn takes_sigma(self, sigma: f32) -> bool {
+        let [least, most] = self.sigma_limits();
+        (least..=most).contains(&sigma)
+    }
+
+    /// Checks what was measured in this channel.
+    pub(crate) fn check(self, Sensed { value, sigma }: Sensed) -> Result<(), MeasurementError> {
+        if !value.is_finite() || !sigma.is_finite() {
+            return Err(MeasurementError::NotFinite(self));
+        }
+        if value.abs() > self.value_max() {
+            return Err(MeasurementError::OutOfRange(self));
+        }
+        if !self.takes_sigma(sigma) {
+            return Err(MeasurementError::Sigma(self));
+        }
+        Ok(())
+    }
 }
 
 /// Why a [`Measurement`] cannot be used.
@@ -158,18 +178,8 @@ impl Measurement {
     /// The first channel that cannot be used, or the sensor.
     pub fn check(&self) -> Result<(), MeasurementError> {
         for (channel, sensed) in Channel::ALL.into_iter().zip(self.channels()) {
-            let Some(Sensed { value, sigma }) = sensed else {
-                continue;
-            };
-            if !value.is_finite() || !sigma.is_finite() {
-                return Err(MeasurementError::NotFinite(channel));
-            }
-            if value.abs() > channel.value_max() {
-                return Err(MeasurementError::OutOfRange(channel));
-            }
-            let [least, most] = channel.sigma_limits();
-            if !(least..=most).contains(&sigma) {
-                return Err(MeasurementError::Sigma(channel));
+            if let Some(sensed) = sensed {
+                channel.check(sensed)?;
             }
         }
         if self.channels().iter().all(Option::is_none) {

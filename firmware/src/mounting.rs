@@ -1,6 +1,6 @@
 //! Directions that a sensor measures in axes of its own, turned into the track's.
 
-use crate::measurement::{ANGLE_SIGMA_RAD, Sensed};
+use crate::measurement::{ANGLE_SIGMA_RAD, Channel, Sensed};
 use crate::radar::axes;
 use crate::scalar::Scalar;
 
@@ -69,9 +69,11 @@ impl Mounting {
             Scalar::atan2(along[2], horizontal),
             Scalar::atan2(along[1], along[0]),
         );
-        let [least, most] = ANGLE_SIGMA_RAD;
-        let is_sound = |angle: Sensed| (least..=most).contains(&angle.sigma);
-        if !(is_sound(elevation) && is_sound(azimuth)) {
+        let given = [(Channel::Elevation, elevation), (Channel::Azimuth, azimuth)];
+        if !given
+            .iter()
+            .all(|(channel, angle)| channel.takes_sigma(angle.sigma))
+        {
             let at = |value: f32, angle: Sensed| Sensed { value, ..angle };
             return Direction {
                 elevation: at(elevation_rad, elevation),
@@ -99,6 +101,7 @@ impl Mounting {
             0.0
         };
         let widening = root(1.0 + correlation.min(1.0));
+        let [least, most] = ANGLE_SIGMA_RAD;
         let azimuth_sigma = widening * wide_sigma / horizontal;
         Direction {
             elevation: Sensed {

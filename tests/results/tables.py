@@ -20,6 +20,7 @@ NOISES = ["low", "medium", "high"]
 RATES = ["1.00", "0.75", "0.50"]
 CELLS = [(noise, rate) for noise in NOISES for rate in RATES]
 HORIZONS = ["0.5", "1", "2"]
+RIVALS = ["EKF tuned", "IMM5", "particle"]
 RADARS = [
     "no-doppler", "no-elevation", "angles-only", "range-doppler", "range-doppler-apart", "two-radars", "moving-radar",
     "late", "quantised", "student-t", "glint", "ranged", "bias",
@@ -116,21 +117,21 @@ def headline():
 
 def gazebo():
     """README's recorded flights."""
-    found = cells("recorded/gazebo")
-    best = lambda cell: comparisons_in_cell("recorded/gazebo", cell)
+    folder = "recorded/gazebo"
+    found = cells(folder)
     lines = []
     for noise in NOISES:
         for rate in ("1.00", "0.50"):
             line = [f"{noise} noise, rate {float(rate)}"]
             for method in ("EKF tuned", "IMM10", "particle", "recursive"):
                 row = found[method, noise, rate]
-                bold = "**" if method == "recursive" and best((noise, rate)) else ""
+                bold = "**" if method == "recursive" and nearest(folder, (noise, rate)) else ""
                 line.append(f"{bold}{metres(row)}{bold} / {nees(row)} / {covered(row)} %")
             lines.append(line)
     return table(["", "EKF tuned", "IMM10", "particle filter", "recursive"], lines)
 
 
-def comparisons_in_cell(folder, cell):
+def nearest(folder, cell):
     """Whether the untuned tracker is nearer than every filter in one cell, by interval."""
     pairs = []
     for row in rows(folder, "comparisons.csv"):
@@ -176,28 +177,26 @@ def radars():
 def ahead():
     """Forecasts of built-in flights."""
     found = forecasts("runs")
-    lines = []
-    for name, method in (("EKF tuned",) * 2, ("IMM5",) * 2, ("particle filter", "particle"), ("recursive",) * 2):
-        line = [name]
-        for noise in NOISES:
-            row = [found[method, noise, "1.00", horizon] for horizon in HORIZONS]
-            line.append(", ".join(f"{metres(one)}/{covered(one)}" for one in row))
-        lines.append(line)
-    return table(["", "low noise", "medium", "high"], lines)
+    rows_of = lambda method, noise: [found[method, noise, "1.00", horizon] for horizon in HORIZONS]
+    text = lambda row: f"{metres(row)}/{covered(row)}"
+    return table(["", "low noise", "medium", "high"], by_noise(RIVALS + ["recursive"], rows_of, text))
 
 
 def ansfl():
     """The ANSFL recordings."""
     found = cells("recorded/ansfl")
-    lines = []
-    methods = [("EKF tuned",) * 2, ("IMM5",) * 2, ("particle filter", "particle"), ("recursive",) * 2, ("recursive tuned",) * 2]
-    for name, method in methods:
-        line = [name]
-        for noise in NOISES:
-            row = [found[method, noise, rate] for rate in RATES]
-            line.append(", ".join(f"{metres(one)}/{nees(one)}/{covered(one)}" for one in row))
-        lines.append(line)
-    return table(["", "low", "medium", "high"], lines)
+    rows_of = lambda method, noise: [found[method, noise, rate] for rate in RATES]
+    text = lambda row: f"{metres(row)}/{nees(row)}/{covered(row)}"
+    return table(["", "low", "medium", "high"], by_noise(RIVALS + ["recursive", "recursive tuned"], rows_of, text))
+
+
+def by_noise(methods, rows_of, text):
+    """A line a method, a column a noise level, in which `text` says each of `rows_of` method and noise."""
+    return [
+        ["particle filter" if method == "particle" else method]
+        + [", ".join(map(text, rows_of(method, noise))) for noise in NOISES]
+        for method in methods
+    ]
 
 
 def counter_uas():
@@ -273,7 +272,7 @@ def facts():
     wild = [row for row in rows("scenarios/agile", "bins.csv") if row["method"] == "recursive" and int(row["steps"]) > 2000]
     inside = [row for row in wild if float(row["high"] or 99) <= {"speed": 12, "acceleration": 20}[row["by"]]]
     whole = [row for row in inside if row["rate"] == "all"]
-    print("agile, all rates together: NEES", span(map_list(mean_nees, whole), 1), "coverage", span(map_list(coverage, whole), 0))
+    print("agile, all rates together: NEES", span(list(map(mean_nees, whole)), 1), "coverage", span(list(map(coverage, whole)), 0))
     apart = [row for row in inside if row["rate"] != "all"]
     print(f"  {len(apart)} bins by rate; NEES above 3.8 or covered below 85:",
           [(row["noise"], row["rate"], row["by"], row["low"], nees(row), covered(row)) for row in apart
@@ -302,10 +301,6 @@ def facts():
         ratios = [1 - float(uas["recursive", n, r]["ed_mean_m"]) / float(uas[m, n, r]["ed_mean_m"])
                   for n in NOISES for r in ("1.00", "0.50", "0.10")]
         print("  nearer than", m, f"by {100 * min(ratios):.0f} to {100 * max(ratios):.0f} %")
-
-
-def map_list(function, items):
-    return [function(item) for item in items]
 
 
 def main():

@@ -4,7 +4,7 @@
 use super::measurement::BnkfSensed;
 use super::pointer::Room;
 use super::status::{BnkfStatus, said};
-use crate::measurement::ANGLE_SIGMA_RAD;
+use crate::measurement::Channel;
 use crate::mounting::Mounting;
 
 /// A direction in the track's axes.
@@ -20,7 +20,7 @@ pub struct BnkfDirection {
 }
 
 /// A direction in the axes of a sensor that is turned by yaw, pitch and roll (rad), as one in the track's axes; what
-/// is not finite, and a sigma that no measurement may have, is named, and nothing is written then.
+/// no measurement may have, and a turn that is not finite, is named, and nothing is written then.
 ///
 /// # Safety
 /// `direction` is room for a direction.
@@ -33,25 +33,16 @@ pub unsafe extern "C" fn bnkf_mounting_direction(
     azimuth: BnkfSensed,
     direction: *mut BnkfDirection,
 ) -> BnkfStatus {
-    let finite = |values: &[f32]| values.iter().all(|value| value.is_finite());
-    if !finite(&[yaw_rad, pitch_rad, roll_rad]) {
+    if ![yaw_rad, pitch_rad, roll_rad]
+        .iter()
+        .all(|angle| angle.is_finite())
+    {
         return BnkfStatus::SensorNotFinite;
     }
-    if !finite(&[elevation.value, elevation.sigma]) {
-        return BnkfStatus::ElevationNotFinite;
-    }
-    if !finite(&[azimuth.value, azimuth.sigma]) {
-        return BnkfStatus::AzimuthNotFinite;
-    }
-    let is_sigma = |angle: &BnkfSensed| {
-        let [least, most] = ANGLE_SIGMA_RAD;
-        (least..=most).contains(&angle.sigma)
-    };
-    if !is_sigma(&elevation) {
-        return BnkfStatus::ElevationSigma;
-    }
-    if !is_sigma(&azimuth) {
-        return BnkfStatus::AzimuthSigma;
+    for (channel, angle) in [(Channel::Elevation, elevation), (Channel::Azimuth, azimuth)] {
+        if let Err(error) = channel.check(angle.into()) {
+            return BnkfStatus::from(error);
+        }
     }
     // SAFETY: by contract.
     said(unsafe { Room::new(direction) }.map(|room| {

@@ -170,7 +170,7 @@ fn null_and_misaligned_pointers_are_refused() {
                 bnkf_track_latest_us(&life.track, wrong),
                 bnkf_track_reset(track),
                 bnkf_track_hand_over(&mut life.track, model),
-                bnkf_mounting_direction(0.0, 0.0, 0.0, plot.range, plot.range, wrong.cast()),
+                bnkf_mounting_direction(0.0, 0.0, 0.0, plot.azimuth, plot.azimuth, wrong.cast()),
             ]
         };
         for (place, status) in said.into_iter().enumerate() {
@@ -194,7 +194,7 @@ fn null_and_misaligned_pointers_are_refused() {
         let status = bnkf_model_init(&mut life.model, [0].as_ptr(), usize::MAX);
         assert_eq!(status, BnkfStatus::Length);
     }
-    let fine = plot(1).range;
+    let fine = plot(1).azimuth;
     let endless = BnkfSensed {
         sigma: f32::INFINITY,
         ..fine
@@ -217,6 +217,12 @@ fn null_and_misaligned_pointers_are_refused() {
             fine,
             BnkfSensed { sigma: 5.0, ..fine },
             BnkfStatus::AzimuthSigma,
+        ),
+        (
+            0.0,
+            BnkfSensed { value: 4.0, ..fine },
+            fine,
+            BnkfStatus::ElevationOutOfRange,
         ),
     ] {
         // SAFETY: refused.
