@@ -130,6 +130,8 @@ impl<'a> Network<'a> {
     }
 
     /// A mean pass; there is an activation for every input of any layer.
+    // Once in flash.
+    #[inline(never)]
     fn means(
         &self,
         vector: &mut Vector,

@@ -1,14 +1,14 @@
 //! What the network answers about the coming interval, and how it is asked.
 
+use super::envelope::Answers;
 use super::factor::Factor;
 use super::features::{FEATURE_LIMIT, FEATURES, features};
 use super::interval::Interval;
 use super::memory::NOTES;
-use super::model::Model;
 use super::population::Base;
 use super::schedule::{JERK_OUTPUT, JERK_SCALE, NOTE_OUTPUT, OUTPUTS, SCHEDULE, Schedule};
 use super::sight::LineOfSight;
-use super::tracker::{Recursive, SILENCE_MAX_S};
+use super::tracker::Recursive;
 use crate::inference::{Inference, Passes};
 use crate::network::monte_carlo::separate_moments_into;
 use crate::network::repeats::Repeats;
@@ -59,24 +59,22 @@ impl Recursive<'_, '_> {
         interval_s: f32,
         answer: &mut Answer,
     ) -> Result<(), StepError> {
-        let Model {
-            parameters,
-            envelope,
-            ..
-        } = self.model;
-        let base = &parameters.base;
+        let base = &self.model.parameters.base;
         let target = &self.workspace.target;
         answer.factor = None;
         answer.notes = [0.0; NOTES];
-        if !envelope.holds_motion(&target.state) {
-            answer.schedule = Schedule::wide(base);
-            return Ok(());
-        }
-        if target.memory.coast_s > SILENCE_MAX_S
-            || !envelope.holds_place(&target.state, &target.covariance)
-        {
-            answer.schedule = Schedule::read(&[0.0; OUTPUTS], base);
-            return Ok(());
+        let coast_s = target.memory.coast_s;
+        let envelope = &self.model.envelope;
+        match envelope.who_answers(&target.state, &target.covariance, coast_s) {
+            Answers::Wide => {
+                answer.schedule = Schedule::wide(base);
+                return Ok(());
+            }
+            Answers::Base => {
+                answer.schedule = Schedule::read(&[0.0; OUTPUTS], base);
+                return Ok(());
+            }
+            Answers::Network => {}
         }
         let mut inputs = features(
             &target.state,

@@ -1,10 +1,11 @@
 //! Where a target will be, asked without touching its track.
 
 use super::answer::Answer;
+use super::envelope::SILENCE_MAX_S;
 use super::foresight::AHEAD_S;
 use super::steady::Steady;
 use super::target::Target;
-use super::tracker::{INTERVAL_MAX_S, Recursive, SILENCE_MAX_S};
+use super::tracker::{INTERVAL_MAX_S, Recursive};
 use crate::clock::seconds_between;
 use crate::estimate::{Estimate, Mode, Outcome};
 use crate::step_error::StepError;

@@ -28,7 +28,7 @@ impl<'a> Model<'a> {
     }
 
     /// What is known of a target that the track does not explain: the population's place, and any
-    /// motion within the envelope.
+    /// motion of the training.
     pub(super) fn suspected(&self) -> Population<f32> {
         Population {
             horizontal_sigma_mps: self.envelope.speed_max_mps,
@@ -61,8 +61,7 @@ impl<'a> Model<'a> {
     /// A target as an estimate.
     pub fn estimate(&self, target: &Target, outcome: Outcome) -> Estimate {
         let Outcome { nis, mode, doubt } = outcome;
-        let held = self.envelope.holds_motion(&target.state)
-            && self.envelope.holds_place(&target.state, &target.covariance);
+        let held = self.envelope.holds(&target.state);
         target.estimate(nis, mode, !held, doubt)
     }
 }

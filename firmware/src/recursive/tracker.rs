@@ -4,6 +4,7 @@ use super::answer::Answer;
 use super::belief::Belief;
 use super::candidate::{AGREEING, Candidate, Verdict};
 use super::correction::{GATE_NIS, correct_soundly};
+use super::envelope::SILENCE_MAX_S;
 use super::foresight::AHEAD_S;
 use super::hypotheses::{OFTEN_WRONG, OUTLIER};
 use super::interval::Interval;
@@ -25,9 +26,6 @@ use crate::workspace::Workspace;
 
 /// Longest time that one schedule is used for, s; longer gaps are predicted in equal parts.
 pub(super) const INTERVAL_MAX_S: f32 = 0.25;
-/// After a longer silence the network is not asked any more, and the next measurement starts the
-/// filter anew, s. With [`INTERVAL_MAX_S`] it bounds the network's work in one call.
-pub(super) const SILENCE_MAX_S: f32 = 10.0;
 /// Probability of being wrong from which a measurement that is used counts as one that is not.
 const SUSPECT: f32 = 0.5;
 

@@ -348,9 +348,10 @@ fn a_track_is_handed_over_within_its_kind() {
         (Kind::Recursive, Kind::Memoryless)
     );
     assert_eq!(written(&track), unasked);
+    // At once: where a network that learned nothing takes a target is its own affair.
     let place = |track: &mut Track, model, workspace: &mut Workspace| {
         track
-            .coast(model, workspace, 1_950_000)
+            .coast(model, workspace, 1_800_000)
             .expect("a coast")
             .position_m
     };
@@ -376,7 +377,7 @@ fn a_track_is_handed_over_within_its_kind() {
         assert_eq!((foresight.scale(), foresight.bend(1.0)), (1.0, 1.0));
     }
     let moved = place(&mut track, &newer, &mut workspace);
-    assert!((0..3).all(|axis| (moved[axis] - expected[axis]).abs() < 1.0));
+    assert!((0..3).all(|axis| (moved[axis] - expected[axis]).abs() < 0.001));
     assert!(track.step(&newer, &mut workspace, &now).is_ok());
 }
 

@@ -94,8 +94,8 @@ fn a_lost_track_and_a_reset_one_are_gone() {
     let bytes = constant([0.0; OUTPUTS]).bytes();
     let mut tracker = started(&bytes);
     let mut track = now(&tracker);
-    // Too fast for the model: nothing but its motion is known of it.
-    (track.state[3], track.covariance[3][3]) = (20.0, 1e8);
+    // Far too fast for the model: nothing but its motion is known of it.
+    (track.state[3], track.covariance[3][3]) = (60.0, 1e8);
     tracker.belief.target = Some(track);
     assert!(tracker.coast(1_000_000).is_ok());
     // Ten kilometres a second leave more than a hundred kilometres.

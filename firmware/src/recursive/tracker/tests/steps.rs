@@ -54,23 +54,69 @@ fn a_coast_is_predictions_and_a_doubt() {
     assert!((age_s - 0.4).abs() < 1e-6);
 }
 
-/// Too fast for the model: the wide schedule. Somewhere it does not know: its base.
+/// Far too fast for the model: the wide schedule. Where it knows nothing: its base.
 #[test]
-fn outside_the_envelope_the_network_is_not_asked() {
+fn far_outside_the_envelope_the_network_is_not_asked() {
     let bytes = constant(outputs()).bytes();
     let base = parameters().base;
     type Case = (fn(&mut Target), Way);
-    let cases: [Case; 4] = [
+    /// Makes each coordinate of the position known to so much, and independent of all others.
+    fn known(target: &mut Target, variance_m2: f32) {
+        for i in 0..3 {
+            for j in 0..9 {
+                (target.covariance[i][j], target.covariance[j][i]) = (0.0, 0.0);
+            }
+            target.covariance[i][i] = variance_m2;
+        }
+    }
+    let unknown = || unasked(Schedule::read(&[0.0; OUTPUTS], &base));
+    let cases: [Case; 8] = [
         // Ten seconds are not more than ten.
         (|t| t.memory.coast_s = 10.0, asked(&outputs())),
-        (|t| t.state[3] = 17.0, unasked(Schedule::wide(&base))),
+        (|t| t.memory.coast_s = 10.1, unknown()),
+        // Faster than any of the training, 16 m/s, where that is known and where it is not, and three times as fast.
         (
-            |t| t.state[2] = 150.0,
-            unasked(Schedule::read(&[0.0; OUTPUTS], &base)),
+            |t| {
+                known(t, 11.9);
+                t.state[3] = 17.0;
+            },
+            asked(&outputs()),
         ),
         (
-            |t| t.memory.coast_s = 10.1,
-            unasked(Schedule::read(&[0.0; OUTPUTS], &base)),
+            |t| {
+                known(t, 12.1);
+                t.state[3] = 17.0;
+            },
+            unasked(Schedule::wide(&base)),
+        ),
+        (
+            |t| {
+                known(t, 0.1);
+                t.state[3] = 48.1;
+            },
+            unasked(Schedule::wide(&base)),
+        ),
+        // Further than any of the training, 100 m, where that is known and where it is not, and ten times as far.
+        (
+            |t| {
+                known(t, 5.8);
+                t.state[2] = 150.0;
+            },
+            asked(&outputs()),
+        ),
+        (
+            |t| {
+                known(t, 5.9);
+                t.state[2] = 150.0;
+            },
+            unknown(),
+        ),
+        (
+            |t| {
+                known(t, 0.1);
+                t.state[2] = 1000.0;
+            },
+            unknown(),
         ),
     ];
     for (change, way) in cases {
@@ -85,9 +131,7 @@ fn outside_the_envelope_the_network_is_not_asked() {
         assert_same(&now(&tracker), &expected);
         let p = parameters();
         let envelope = Envelope::of(&p.bounds, &p.population);
-        let inside = envelope.holds_motion(&expected.state)
-            && envelope.holds_place(&expected.state, &expected.covariance);
-        assert_eq!(estimate.outside, !inside);
+        assert_eq!(estimate.outside, !envelope.holds(&expected.state));
     }
 }
 
