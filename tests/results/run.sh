@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Makes the tables of docs/results anew, each when its evaluation is done:
-#   bash tests/results/run.sh runs|scenarios|counter-uas|evaluation ...
+#   bash tests/results/run.sh runs|scenarios|counter-uas|doubt|evaluation ...
 #   bash tests/results/run.sh gazebo=FOLDER ansfl=FOLDER        (folders of recordings, which are not in this repository)
-# On two free cores runs take 8 minutes, scenarios 20, evaluation and both recorded sets 50 each, the counter-UAS radar one.
+# On two free cores runs and scenarios take 8 minutes each, doubt 6, both recorded sets 25 each, evaluation 40, the counter-UAS radar one.
 set -euo pipefail
 here=$PWD
 self=$(realpath "$0")
@@ -28,9 +28,9 @@ set -- "${asked[@]}"
 
 for what; do
     case $what in
-        runs | scenarios | counter-uas | evaluation) ;;
+        runs | scenarios | counter-uas | doubt | evaluation) ;;
         gazebo=?* | ansfl=?*) [ -d "${what#*=}" ] || { echo "${what#*=}: no such folder" >&2; exit 2; } ;;
-        *) echo "$what: not one of runs, scenarios, counter-uas, evaluation, gazebo=FOLDER, ansfl=FOLDER" >&2; exit 2 ;;
+        *) echo "$what: not one of runs, scenarios, counter-uas, doubt, evaluation, gazebo=FOLDER, ansfl=FOLDER" >&2; exit 2 ;;
     esac
 done
 
@@ -82,6 +82,15 @@ for what; do
         counter-uas)
             evaluate counter-uas "${common[@]}" phases.csv variations.csv -- --scenario counter-uas --quick --runs 3 \
                 --methods "$filters,imm10,converted,recursive"
+            ;;
+        doubt)
+            python3 tests/ablation/without.py models/recursive.bnkf burst jump outlier --out "$work/alone.bnkf"
+            for world in paper fast darts bursts falls outliers; do
+                flown=(--scenario "$world" --folds 5 --noise-table radians)
+                evaluate "doubt/$world" cells.csv comparisons.csv -- "${flown[@]}" --methods "$more_filters,recursive,recursive-moments"
+                evaluate "doubt/$world/passes" cells.csv -- "${flown[@]}" --methods recursive --passes 16
+                evaluate "doubt/$world/alone" cells.csv -- "${flown[@]}" --methods recursive --model "$work/alone.bnkf"
+            done
             ;;
         evaluation)
             evaluate evaluation "${common[@]}" "${ahead[@]}" "${sorted[@]}" tunings.csv variations.csv reliability.csv \

@@ -213,9 +213,31 @@ def counter_uas():
     return table(["", "0.3 degrees, 10 / 5 / 1 Hz", "0.5 degrees", "0.7 degrees"], lines)
 
 
+def doubt():
+    """Doubt about weights and doubt that is updated in flight, behind the gate and the restarts of the firmware."""
+    methods = ["EKF tuned", "IMM5", "IMM10", "particle", "recursive", "rec. moments"]
+    lines = []
+    for world, name in [("paper", "as trained"), *((w, w) for w in ("fast", "darts", "bursts", "falls", "outliers"))]:
+        found = cells(f"doubt/{world}")
+        alone, passes = cells(f"doubt/{world}/alone"), cells(f"doubt/{world}/passes")
+        for noise in NOISES:
+            columns = [(found, method) for method in methods[:4]]
+            columns += [(alone, "recursive"), (found, "recursive"), (passes, "recursive"), (found, "rec. moments")]
+            line = [f"{name}, {noise}"]
+            for of, method in columns:
+                row = [of[method, noise, rate] for rate in RATES]
+                mean = lambda value: sum(map(value, row)) / len(row)
+                distance = mean(lambda r: float(r["ed_mean_m"]))
+                text = f"{distance:#.3g}".rstrip(".")
+                line.append(f"{text} / {mean(coverage):.0f} / {mean(lambda r: float(r['nll'])):.2f}")
+            lines.append(line)
+    head = ["", "EKF tuned", "IMM5", "IMM10", "particle filter", "network's noise alone", "recursive", "16 passes", "moments"]
+    return table(head, lines)
+
+
 TABLES = {
     "headline": headline, "gazebo": gazebo, "unfamiliar": unfamiliar, "radars": radars, "forecasts": ahead,
-    "ansfl": ansfl, "counter-uas": counter_uas,
+    "ansfl": ansfl, "counter-uas": counter_uas, "doubt": doubt,
 }
 BLOCK = re.compile(r"(<!-- table: ([a-z-]+) -->\n).*?(\n<!-- end of table -->)", re.S)
 
