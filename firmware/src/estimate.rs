@@ -113,7 +113,7 @@ pub struct Estimate {
     /// How the estimate came about.
     pub mode: Mode,
     /// Whether the target is where, or moves as, the model was not trained for: its answer is then
-    /// less sure than usual. A memoryless blob does not know, and says no.
+    /// less to be relied on, whether the network was asked or not. A memoryless blob does not know, and says no.
     pub outside: bool,
     /// What the measurement says against the model.
     pub doubt: Doubt,

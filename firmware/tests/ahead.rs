@@ -109,9 +109,9 @@ fn a_forecast_does_not_depend_on_the_others() {
     }
 }
 
-/// Faster than any target that the model was trained for: no network, acceleration that fades.
+/// More than three times as fast as any target that the model was trained for: no network, acceleration that fades.
 #[test]
-fn beyond_the_envelope_the_closed_form_is_the_oracle() {
+fn far_beyond_the_envelope_the_closed_form_is_the_oracle() {
     let (mut tracker, latest) = started(RECURSIVE, 60.0);
     let motion = latest.motion.expect("recursive");
     assert!(latest.outside);

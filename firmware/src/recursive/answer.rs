@@ -51,7 +51,7 @@ impl Answer {
 
 impl Recursive<'_, '_> {
     /// How the target, which is seen along `sight`, moves during `interval_s`: what the network answers,
-    /// or a model that needs none where it was not trained.
+    /// or a model that needs none far from where it was trained.
     #[inline(never)]
     pub(super) fn ask(
         &mut self,

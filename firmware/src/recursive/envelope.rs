@@ -175,7 +175,8 @@ impl Envelope {
         trained || beyond
     }
 
-    /// Whether the network is asked about such a place: at home, or where it is known well enough, at any elevation.
+    /// Whether the network is asked about such a place: at home, or where it is known well enough, at any elevation, nearer
+    /// than ten times the largest range.
     fn reaches_place(&self, state: &State<f32>, covariance: &Covariance<f32>) -> bool {
         let range = length(state, 0);
         let at_home = self.home.holds(range, state[2]);
