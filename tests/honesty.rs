@@ -539,7 +539,7 @@ fn with_false_alarms(share: f32, seed: u64) -> (f32, usize) {
 }
 
 /// A single alarm may lie where a track that has seen nothing but alarms for a while may be; it is
-/// found out at the next measurements of the target. Where half of all are alarms the longest run of 60 seeds is 25 to 64.
+/// found out at the next measurements of the target.
 #[test]
 fn scattered_false_alarms_never_steal_a_track() {
     let (lost, longest) = with_false_alarms(0.1, 7);
@@ -549,11 +549,52 @@ fn scattered_false_alarms_never_steal_a_track() {
         more < 0.002 && longest_of_more < 20,
         "{more} {longest_of_more}"
     );
-    let (most, longest_of_most) = with_false_alarms(0.5, 9);
-    assert!(
-        most < 0.05 && longest_of_most < 80,
-        "{most} {longest_of_most}"
-    );
+    // One run of 20,000 steps says little: of 60 the longest losses were 25 to 64 steps.
+    let runs = (9..21).map(|seed| with_false_alarms(0.5, seed));
+    let (shares, longest): (Vec<f32>, Vec<usize>) = runs.unzip();
+    let most = shares.iter().sum::<f32>() / shares.len() as f32;
+    println!("half of all alarms: {most} lost, longest {longest:?}");
+    assert!(most < 0.04, "{most}");
+    assert!(longest.iter().all(|&steps| steps < 80), "{longest:?}");
+}
+
+/// Straight on at 1.1 to 2.9 times the largest speed of the training, where the network is asked: what a forecast
+/// says is less than three of its own deviations away, however far ahead.
+#[test]
+fn forecasts_of_what_is_faster_than_the_training_are_honest() {
+    const AHEAD_S: [f32; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
+    let cases = [
+        (COUNTER_UAS, 800.0_f32, 3.0, [50.0_f32, 61.0, 80.0, 100.0]),
+        (RECURSIVE, 30.0, 0.1, [18.0, 25.0, 35.0, 47.0]),
+    ];
+    for (bytes, north, sigma_m, speeds) in cases {
+        for speed in speeds {
+            let mut tracker = tracker(bytes);
+            let truth = |time_s: f32| [speed * (time_s - 2.0), north, 0.25 * north];
+            for i in 0..40_u64 {
+                let [east, north, up] = truth(0.1 * i as f32);
+                let level = east.hypot(north);
+                let range = level.hypot(up);
+                let measurement = Measurement {
+                    time_us: i * 100_000,
+                    range: sensed(range, sigma_m),
+                    elevation: sensed(up.atan2(level), 0.005),
+                    azimuth: sensed(north.atan2(east), 0.005),
+                    range_rate: sensed(east * speed / range, 0.2),
+                    sensor: Sensor::ORIGIN,
+                };
+                let estimate = tracker.step(&measurement).unwrap();
+                assert!(i < 20 || estimate.outside, "{speed} m/s");
+            }
+            let times_us = AHEAD_S.map(|ahead_s| 3_900_000 + (1e6 * ahead_s) as u64);
+            let forecasts = tracker.forecasts(&times_us).unwrap();
+            for (estimate, ahead_s) in forecasts.iter().zip(AHEAD_S) {
+                assert_sound(estimate);
+                let away = distance(estimate, truth(3.9 + ahead_s)) / sigma(estimate);
+                assert!(away < 3.0, "{speed} m/s, {ahead_s} s: {away}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 # Makes the tables of docs/results anew, each when its evaluation is done:
 #   bash tests/results/run.sh runs|scenarios|counter-uas|doubt|evaluation ...
 #   bash tests/results/run.sh gazebo=FOLDER ansfl=FOLDER        (folders of recordings, which are not in this repository)
-# On two free cores runs and scenarios take 8 minutes each, doubt 6, both recorded sets 25 each, evaluation 40, the counter-UAS radar one.
+# On two free cores runs and scenarios take 8 minutes each, doubt 6, evaluation and both recorded sets 25 each, the counter-UAS radar one.
 set -euo pipefail
 here=$PWD
 self=$(realpath "$0")

@@ -63,9 +63,17 @@ def comparisons(folder, ours, theirs, horizon=None):
     return counts
 
 
+def distance(row):
+    return float(row["ed_mean_m"])
+
+
+def three_digits(value):
+    return f"{value:#.3g}".rstrip(".")
+
+
 def metres(row):
     """The mean distance, three digits."""
-    return f"{float(row['ed_mean_m']):#.3g}".rstrip(".")
+    return three_digits(distance(row))
 
 
 def nees(row):
@@ -215,21 +223,18 @@ def counter_uas():
 
 def doubt():
     """Doubt about weights and doubt that is updated in flight, behind the gate and the restarts of the firmware."""
-    methods = ["EKF tuned", "IMM5", "IMM10", "particle", "recursive", "rec. moments"]
+    nll = lambda row: float(row["nll"])
     lines = []
-    for world, name in [("paper", "as trained"), *((w, w) for w in ("fast", "darts", "bursts", "falls", "outliers"))]:
+    for world in ("paper", "fast", "darts", "bursts", "falls", "outliers"):
         found = cells(f"doubt/{world}")
         alone, passes = cells(f"doubt/{world}/alone"), cells(f"doubt/{world}/passes")
+        columns = [(found, method) for method in ("EKF tuned", "IMM5", "IMM10", "particle")]
+        columns += [(alone, "recursive"), (found, "recursive"), (passes, "recursive"), (found, "rec. moments")]
         for noise in NOISES:
-            columns = [(found, method) for method in methods[:4]]
-            columns += [(alone, "recursive"), (found, "recursive"), (passes, "recursive"), (found, "rec. moments")]
-            line = [f"{name}, {noise}"]
+            line = [f"{'as trained' if world == 'paper' else world}, {noise}"]
             for of, method in columns:
-                row = [of[method, noise, rate] for rate in RATES]
-                mean = lambda value: sum(map(value, row)) / len(row)
-                distance = mean(lambda r: float(r["ed_mean_m"]))
-                text = f"{distance:#.3g}".rstrip(".")
-                line.append(f"{text} / {mean(coverage):.0f} / {mean(lambda r: float(r['nll'])):.2f}")
+                mean = lambda value: sum(value(of[method, noise, rate]) for rate in RATES) / len(RATES)
+                line.append(f"{three_digits(mean(distance))} / {mean(coverage):.0f} / {mean(nll):.2f}")
             lines.append(line)
     head = ["", "EKF tuned", "IMM5", "IMM10", "particle filter", "network's noise alone", "recursive", "16 passes", "moments"]
     return table(head, lines)

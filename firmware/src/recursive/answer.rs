@@ -1,6 +1,6 @@
 //! What the network answers about the coming interval, and how it is asked.
 
-use super::envelope::Answers;
+use super::envelope::Predictor;
 use super::factor::Factor;
 use super::features::{FEATURE_LIMIT, FEATURES, features};
 use super::interval::Interval;
@@ -65,16 +65,16 @@ impl Recursive<'_, '_> {
         answer.notes = [0.0; NOTES];
         let coast_s = target.memory.coast_s;
         let envelope = &self.model.envelope;
-        match envelope.who_answers(&target.state, &target.covariance, coast_s) {
-            Answers::Wide => {
+        match envelope.predictor(&target.state, &target.covariance, coast_s) {
+            Predictor::Wide => {
                 answer.schedule = Schedule::wide(base);
                 return Ok(());
             }
-            Answers::Base => {
+            Predictor::Base => {
                 answer.schedule = Schedule::read(&[0.0; OUTPUTS], base);
                 return Ok(());
             }
-            Answers::Network => {}
+            Predictor::Network => {}
         }
         let mut inputs = features(
             &target.state,

@@ -79,9 +79,9 @@ pub struct Envelope {
     range_m2: f32,
 }
 
-/// Who says how a target moves on.
+/// What predicts a target.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Answers {
+pub enum Predictor {
     /// The network.
     Network,
     /// The base model that it schedules: nothing is known of such a place, or any more.
@@ -140,21 +140,21 @@ impl Envelope {
             && length(state, 6) < self.acceleration_max_mps2
     }
 
-    /// Who answers for a target that was measured last `coast_s` ago.
+    /// What predicts a target that was measured last `coast_s` ago.
     // Apart: where it is laid into its caller, what follows there lies in flash twice.
     #[inline(never)]
-    pub fn who_answers(
+    pub fn predictor(
         &self,
         state: &State<f32>,
         covariance: &Covariance<f32>,
         coast_s: f32,
-    ) -> Answers {
+    ) -> Predictor {
         if !self.reaches_motion(state, covariance, coast_s) {
-            Answers::Wide
+            Predictor::Wide
         } else if coast_s > SILENCE_MAX_S || !self.reaches_place(state, covariance) {
-            Answers::Base
+            Predictor::Base
         } else {
-            Answers::Network
+            Predictor::Network
         }
     }
 

@@ -349,15 +349,18 @@ fn a_track_is_handed_over_within_its_kind() {
     );
     assert_eq!(written(&track), unasked);
     // At once: where a network that learned nothing takes a target is its own affair.
-    let place = |track: &mut Track, model, workspace: &mut Workspace| {
-        track
-            .coast(model, workspace, 1_800_000)
-            .expect("a coast")
-            .position_m
+    let now_at = |track: &mut Track, model, workspace: &mut Workspace| {
+        let estimate = track.coast(model, workspace, 1_800_000).expect("a coast");
+        let motion = estimate.motion.expect("recursive");
+        (
+            estimate.position_m,
+            motion.velocity_mps,
+            motion.acceleration_mps2,
+        )
     };
     track.hand_over(&own).expect("its own");
     assert_eq!(written(&track), unasked);
-    let expected = place(&mut track.clone(), &own, &mut workspace);
+    let expected = now_at(&mut track.clone(), &own, &mut workspace);
     if let State::Recursive(belief) = &mut track.state {
         let foresight = &mut belief.target.as_mut().expect("a target").foresight;
         (foresight.found, foresight.followed, foresight.bent) = (3.0, 1.0, 4.0);
@@ -376,8 +379,8 @@ fn a_track_is_handed_over_within_its_kind() {
         assert!(foresight.is_idle());
         assert_eq!((foresight.scale(), foresight.bend(1.0)), (1.0, 1.0));
     }
-    let moved = place(&mut track, &newer, &mut workspace);
-    assert!((0..3).all(|axis| (moved[axis] - expected[axis]).abs() < 0.001));
+    let moved = now_at(&mut track, &newer, &mut workspace);
+    assert_eq!(moved, expected);
     assert!(track.step(&newer, &mut workspace, &now).is_ok());
 }
 

@@ -128,7 +128,7 @@ fn a_takeover_needs_rejections_or_a_longer_record_and_a_distance() {
 
 /// A candidate begins anywhere in the population's place, with any motion of the training.
 #[test]
-fn a_suspect_may_move_as_the_envelope_allows() {
+fn a_suspect_may_move_as_any_target_of_the_training() {
     let bytes = constant([0.0; OUTPUTS]).bytes();
     let p = parameters();
     let expected = Population {
