@@ -387,3 +387,52 @@ fn a_model_is_tuned_on_own_flights() {
     let expected = "warning: left out: short.csv: 2.90 s, and 4.5 s is the least to learn from\n";
     assert!(said.contains(expected), "{said}");
 }
+
+#[test]
+fn a_training_goes_on_from_a_blob() {
+    let folder = tempfile::tempdir().unwrap();
+    let models = concat!(env!("CARGO_MANIFEST_DIR"), "/../models/");
+    let on = |from: &str, more: &[&str]| {
+        let arguments = ["train", "--kind", "recursive", "--from", from];
+        let arguments = [
+            &arguments,
+            ["--out", "on.bnkf", "--builtin", "4"].as_slice(),
+            more,
+        ]
+        .concat();
+        model_export(folder.path(), &arguments).output().unwrap()
+    };
+    let model = format!("{models}recursive.bnkf");
+    let done = on(&model, &["--episodes", "1"]);
+    assert!(done.status.success(), "{done:?}");
+    let made = std::fs::read(folder.path().join("on.bnkf")).unwrap();
+    assert_ne!(made, std::fs::read(&model).unwrap());
+    let provenance = std::fs::read_to_string(folder.path().join("on.bnkf.json")).unwrap();
+    let shipped = std::fs::read_to_string(format!("{model}.json")).unwrap();
+    let field = |text: &str, name: &str| {
+        let line = text
+            .lines()
+            .find(|line| line.contains(&format!("\"{name}\":")));
+        let value = line.and_then(|line| line.split('"').nth(3));
+        value.map(str::to_owned)
+    };
+    assert_eq!(field(&provenance, "from"), field(&shipped, "blob_sha256"));
+    // What it cannot go on from, and what would say nothing, is refused.
+    for (from, option, expected) in [
+        ("bnkf.bnkf", "--episodes=1", "only a recursive model"),
+        ("recursive.bnkf", "--scenario=paper", "cannot be used with"),
+        (
+            "recursive.bnkf",
+            "--sampling=nothing",
+            "cannot be used with",
+        ),
+        ("none.bnkf", "--episodes=1", "none.bnkf"),
+    ] {
+        let refused = on(&format!("{models}{from}"), &[option]);
+        let said = text(&refused.stderr);
+        assert!(
+            !refused.status.success() && said.contains(expected),
+            "{said}"
+        );
+    }
+}

@@ -77,6 +77,22 @@ impl Hypotheses<f64> {
         outlier: 3e-3,
         outlier_variance: 403.4,
     };
+    /// Those that the model of the paper's volume is shipped with: jumps are more frequent, and a target's own
+    /// frequencies are learned sooner.
+    pub const PAPER: Self = {
+        let [burst, jump] = Self::DRONE.manoeuvres;
+        Self {
+            confidence: 30.0,
+            manoeuvres: [
+                burst,
+                Manoeuvre {
+                    prior: 1e-3,
+                    ..jump
+                },
+            ],
+            ..Self::DRONE
+        }
+    };
 
     /// The same for another scalar.
     pub fn known<S: Scalar>(&self) -> Hypotheses<S> {

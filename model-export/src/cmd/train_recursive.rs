@@ -1,5 +1,6 @@
 //! `model-export train --kind recursive`: trains the recursive estimator and writes its blob.
 
+use super::blob_file;
 use super::flight_source::{FlightSourceError, NamedFlights};
 use super::train::{Outcome, Run, TrainError};
 use crate::atomic_file;
@@ -17,9 +18,12 @@ use crate::recursive::scenario::Scenario;
 use crate::recursive::step::Weighing;
 use crate::recursive::training::Training;
 use crate::recursive::training_progress::RecursiveProgress;
+use crate::recursive::tunable::tunable;
+use crate::regular_file;
 use bnkf::Inference;
 use bnkf::blob::Blob;
 use std::io::Write as _;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// Time between two checkpoints.
@@ -36,6 +40,10 @@ pub struct RecursiveArgs {
     /// Targets and radar that the model is for
     #[arg(long, value_enum, default_value_t = Scenario::Paper)]
     scenario: Scenario,
+    /// Goes on with the training of this blob, whose unrounded weights lie beside it, as the training
+    /// of the shipped model ended: fewer faults of the sensor, fewer flights from elsewhere
+    #[arg(long, value_name = "BLOB", conflicts_with_all = ["scenario", "sampling"])]
+    from: Option<PathBuf>,
     /// Batches of new flights; the learning rate reaches zero after the last [default: the
     /// scenario's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
@@ -57,6 +65,7 @@ impl RecursiveArgs {
     pub fn first_given(&self) -> Option<&'static str> {
         [
             ("--scenario", self.scenario != Scenario::Paper),
+            ("--from", self.from.is_some()),
             ("--episodes", self.episodes.is_some()),
             ("--sampling", self.sampling != Sampling::EveryLayer),
             ("--weighing", self.weighing != Recipe::DEFAULT.weighing),
@@ -83,28 +92,37 @@ fn weight(text: &str) -> Result<f64, String> {
 /// # Errors
 /// See [`TrainError`].
 pub fn train(run: &Run<'_>, args: &RecursiveArgs) -> Result<Outcome, TrainError> {
-    let default = args.scenario.recipe();
+    let begun = args.from.as_deref().map(begun).transpose()?;
+    let (scenario, default) = match &begun {
+        None => (args.scenario, args.scenario.recipe()),
+        Some((blob_sha256, _, scenario)) => {
+            (*scenario, scenario.recipe().going_on(blob_sha256.clone()))
+        }
+    };
     let recipe = Recipe {
         seed: run.seed,
         episodes: args.episodes.unwrap_or(default.episodes),
-        sampling: args.sampling,
+        sampling: begun
+            .as_ref()
+            .map_or(args.sampling, |(_, model, _)| model.sampling),
         weighing: args.weighing,
         distance_weight: args.distance_weight,
         ..default
     };
-    let named = flights(run, args.scenario)?;
+    let named = flights(run, scenario)?;
     eprintln!(
         "{}: {} flights to learn from",
         named.source,
         named.flights.len()
     );
-    let mut training = start(run, recipe, &named)?;
+    let model = begun.as_ref().map(|(_, model, _)| model);
+    let mut training = start(run, recipe, &named, model)?;
     // What the flights contribute to the blob does not change any more.
     training.model().blob().map_err(TrainError::Statistics)?;
     if complete(run, &mut training)? == Outcome::Interrupted {
         return Ok(Outcome::Interrupted);
     }
-    write(run, args.scenario, &named, &training)?;
+    write(run, scenario, &named, &training)?;
     run.forget_checkpoint()?;
     Ok(Outcome::Written)
 }
@@ -165,13 +183,32 @@ fn start<'f>(
     run: &Run<'_>,
     recipe: Recipe,
     named: &'f NamedFlights,
+    begun: Option<&RecursiveModel>,
 ) -> Result<Training<'f>, TrainError> {
-    match run.interrupted()? {
-        None => Ok(Training::new(recipe, &named.flights)?),
-        Some(bytes) => {
-            Training::resume(recipe, &named.flights, &bytes).map_err(|cause| run.unusable(cause))
+    let flights = &named.flights;
+    match (run.interrupted()?, begun) {
+        (None, None) => Ok(Training::new(recipe, flights)?),
+        (None, Some(model)) => Ok(Training::going_on(recipe, flights, model)?),
+        (Some(bytes), begun) => match begun {
+            None => Training::resume(recipe, flights, &bytes),
+            Some(model) => Training::resume_going_on(recipe, flights, model, &bytes),
         }
+        .map_err(|cause| run.unusable(cause)),
     }
+}
+
+/// The SHA-256 of a blob whose training is to go on, the model, and what it is for.
+///
+/// # Errors
+/// It cannot be read, or its training cannot go on.
+pub fn begun(path: &Path) -> Result<(String, RecursiveModel, Scenario), TrainError> {
+    let bytes = blob_file::read(path)?;
+    let beside = regular_file::read(&unrounded::path_beside(path), unrounded::BYTES_MAX)?;
+    let (model, scenario) = tunable(&bytes, &beside).map_err(|cause| TrainError::Untunable {
+        path: path.to_owned(),
+        cause,
+    })?;
+    Ok((data_hash::of_bytes(&bytes), model, scenario))
 }
 
 /// Writes the blob and what goes beside it.

@@ -1,19 +1,14 @@
 //! `model-export tune`: goes on training a shipped model on a user's own flights.
 
-use super::blob_file;
 use super::flight_source::FlightSource;
 use super::train::{Outcome, Run, TrainError, check_paths, checkpoint_path, threads};
-use super::train_recursive::{built_in, complete, write};
-use crate::blob::unrounded;
-use crate::flights::data_hash;
+use super::train_recursive::{begun, built_in, complete, write};
 use crate::interrupt::Interrupt;
 use crate::recursive::recipe::Recipe;
 use crate::recursive::training::Training;
-use crate::recursive::tunable::tunable;
 use crate::recursive::tuning::{
     BLEND, DURATION_MIN_S, EPISODES, Hold, RATE, REHEARSAL, Tuning, too_short, usable,
 };
-use crate::regular_file;
 use std::path::PathBuf;
 
 /// Goes on training a recursive model on your own flights, a few of which are enough.
@@ -88,12 +83,7 @@ fn blend(text: &str) -> Result<f64, String> {
 /// See [`TrainError`].
 pub fn run(args: &Args) -> Result<Outcome, TrainError> {
     check_paths(&args.out, args.resume)?;
-    let bytes = blob_file::read(&args.model)?;
-    let beside = regular_file::read(&unrounded::path_beside(&args.model), unrounded::BYTES_MAX)?;
-    let (model, scenario) = tunable(&bytes, &beside).map_err(|cause| TrainError::Untunable {
-        path: args.model.clone(),
-        cause,
-    })?;
+    let (blob_sha256, model, scenario) = begun(&args.model)?;
     let mut named = args.source.load(args.seed)?;
     for reason in named.flights.iter().filter_map(too_short) {
         eprintln!("warning: left out: {reason}");
@@ -107,11 +97,7 @@ pub fn run(args: &Args) -> Result<Outcome, TrainError> {
         hold: args.hold,
         blend: args.blend,
         rehearsal: args.rehearsal,
-        ..Tuning::new(
-            data_hash::of_bytes(&bytes),
-            &named.flights,
-            args.source.place,
-        )
+        ..Tuning::new(blob_sha256, &named.flights, args.source.place)
     };
     let recipe = Recipe {
         seed: args.seed,

@@ -72,6 +72,14 @@ impl Augmentation {
         kept_spread: [0.0; 2],
     };
 
+    /// What the training of the shipped model ended with: more that is fast, less that is elsewhere.
+    pub const END: Self = Self {
+        agile_share: 0.2,
+        haste_share: 0.15,
+        elsewhere_share: 0.05,
+        ..Self::DEFAULT
+    };
+
     /// Turned, mirrored and placed only.
     pub const STILL: Self = Self {
         ln_size_sigma: 0.0,

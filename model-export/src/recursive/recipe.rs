@@ -13,6 +13,7 @@ use crate::radar::reading::Reading;
 use crate::random_source::RandomSource;
 use crate::seed::name_id;
 use bnkf::recursive::envelope::Bounds;
+use bnkf::recursive::hypotheses::Hypotheses;
 use bnkf::recursive::population::Population;
 use serde::{Deserialize, Serialize};
 
@@ -54,7 +55,15 @@ pub struct Recipe {
     pub weighing: Weighing,
     /// How a shipped model is tuned; `None` trains a new one.
     pub tuning: Option<Tuning>,
+    /// SHA-256 of the blob whose training goes on; `None` begins with new weights.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<String>,
 }
+
+/// Batches of a training that goes on.
+const BATCHES_ON: u64 = 600;
+/// Learning rate of a training that goes on.
+const RATE_ON: f64 = 1e-3;
 
 impl Recipe {
     /// The shipped model's.
@@ -74,6 +83,7 @@ impl Recipe {
         volume: Volume::PAPER,
         weighing: Weighing::Nominal,
         tuning: None,
+        from: None,
     };
 
     /// The shipped counter-UAS model's: drones of up to 25 m/s at 0.3 to 3 km.
@@ -97,13 +107,38 @@ impl Recipe {
         ..Self::DEFAULT
     };
 
-    /// The same recipe for tuning a model on own flights.
+    /// The same recipe for tuning a model on own flights; what is rehearsed is what training ends with.
     pub fn tuned(self, tuning: Tuning) -> Self {
         Self {
             episodes: EPISODES,
             rate: RATE,
             tuning: Some(tuning),
-            ..self
+            ..self.ending()
+        }
+    }
+
+    /// The same recipe for going on with the training of the blob with this SHA-256.
+    ///
+    /// A network that has met many sensors which are worse than they say, and targets that are far from home, hedges
+    /// against both for ever after; an end with fewer of them gives most of the caution back.
+    pub fn going_on(self, blob_sha256: String) -> Self {
+        Self {
+            episodes: BATCHES_ON,
+            rate: RATE_ON,
+            from: Some(blob_sha256),
+            ..self.ending()
+        }
+    }
+
+    /// The same recipe with what training ends with.
+    fn ending(self) -> Self {
+        match self.sensor.family {
+            Family::Paper => Self {
+                sensor: Sensor::PAPER_END,
+                augmentation: Augmentation::END,
+                ..self
+            },
+            Family::CounterUas => self,
         }
     }
 
@@ -112,6 +147,14 @@ impl Recipe {
         match self.sensor.family {
             Family::Paper => Bounds::PAPER,
             Family::CounterUas => Bounds::COUNTER_UAS,
+        }
+    }
+
+    /// How targets of the trained model may differ from what it expects of them.
+    pub fn hypotheses(&self) -> Hypotheses<f64> {
+        match self.sensor.family {
+            Family::Paper => Hypotheses::PAPER,
+            Family::CounterUas => Hypotheses::DRONE,
         }
     }
 
@@ -155,5 +198,38 @@ impl Recipe {
         };
         let readings = self.sensor.readings(&changed, self.seed, &mut random);
         (changed, readings)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What goes on and what is tuned meets what training ends with; a counter-UAS model what it always met.
+    #[test]
+    fn trainings_that_go_on_meet_sensors_that_are_what_they_say() {
+        let on = Recipe::DEFAULT.going_on("sum".to_owned());
+        let tuned = Recipe::DEFAULT.tuned(Tuning::new("sum".to_owned(), &[], false));
+        for recipe in [&on, &tuned] {
+            assert_eq!(recipe.sensor, Sensor::PAPER_END);
+            assert_eq!(recipe.augmentation, Augmentation::END);
+        }
+        assert_eq!((on.episodes, on.rate), (600, 1e-3));
+        assert_eq!(on.from.as_deref(), Some("sum"));
+        assert_eq!(tuned.from, None);
+        let other = Recipe::COUNTER_UAS.going_on("sum".to_owned());
+        assert_eq!(other.sensor, Sensor::COUNTER_UAS);
+        assert_eq!(other.augmentation, Recipe::COUNTER_UAS.augmentation);
+    }
+
+    /// Recipes of before, which name no blob, are read.
+    #[test]
+    fn a_recipe_without_a_blob_to_go_on_from_says_nothing_of_it() {
+        let text = serde_json::to_string(&Recipe::DEFAULT).unwrap();
+        assert!(!text.contains("from"));
+        assert_eq!(
+            serde_json::from_str::<Recipe>(&text).unwrap(),
+            Recipe::DEFAULT
+        );
     }
 }

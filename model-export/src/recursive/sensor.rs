@@ -49,6 +49,13 @@ impl Sensor {
         errors_share: 0.15,
         missing_share: 0.2,
     };
+    /// What the training of the shipped model ended under: sensors that are what they say.
+    pub const PAPER_END: Self = Self {
+        misstated_share: 0.0,
+        outlier_share: 0.0,
+        errors_share: 0.05,
+        ..Self::PAPER
+    };
     /// What the counter-UAS model is trained under.
     pub const COUNTER_UAS: Self = Self {
         family: Family::CounterUas,

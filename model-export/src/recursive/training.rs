@@ -143,6 +143,49 @@ impl<'f> Training<'f> {
         })
     }
 
+    /// Goes on training `model`, whose places and features stay what they are, with new batches.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn going_on(
+        recipe: Recipe,
+        flights: &'f [Flight],
+        model: &RecursiveModel,
+    ) -> Result<Self, TrainingError> {
+        check_batch(&recipe)?;
+        if flights.is_empty() {
+            return Err(TrainingError::NoFlights);
+        }
+        let model = model.clone();
+        Ok(Self {
+            programs: Programs::new(&model.parameters, &model.normalisation, recipe.weighing),
+            network: model.network,
+            recipe,
+            parameters: model.parameters,
+            normalisation: model.normalisation,
+            episode: 0,
+            flights,
+            own: None,
+        })
+    }
+
+    /// Goes on from a checkpoint of a training that goes on, to the same result as without the break.
+    ///
+    /// # Errors
+    /// As [`Self::resume`].
+    pub fn resume_going_on(
+        recipe: Recipe,
+        flights: &'f [Flight],
+        model: &RecursiveModel,
+        checkpoint: &[u8],
+    ) -> Result<Self, ResumeError> {
+        let checkpoint = checked(checkpoint, &recipe, flights)?;
+        let mut training = Self::going_on(recipe, flights, model)?;
+        training.network = checkpoint.network;
+        training.episode = checkpoint.episode;
+        Ok(training)
+    }
+
     /// Goes on training `model` on `own` flights and on built-in `flights`, as `recipe.tuning` says.
     ///
     /// # Errors
@@ -241,6 +284,9 @@ impl<'f> Training<'f> {
             network,
             sampling: self.recipe.sampling,
         };
+        if self.own.is_none() {
+            model.parameters.hypotheses = self.recipe.hypotheses();
+        }
         if let Some(own) = &self.own {
             let recipe = Recipe {
                 sensor: own.recipe.sensor.faultless(),
@@ -439,6 +485,7 @@ fn measure_features(
 mod tests {
     use super::*;
     use crate::flights::generator::{GeneratorSettings, generate};
+    use bnkf::recursive::hypotheses::Hypotheses;
 
     fn recipe() -> Recipe {
         Recipe {
@@ -468,6 +515,41 @@ mod tests {
         resumed.episode();
         assert_eq!(resumed.network.to_state(), whole.network.to_state());
         assert_eq!(resumed.checkpoint(), whole.checkpoint());
+    }
+
+    /// Places, features and the first weights are the model's; it goes on alike after a break, and not after another.
+    #[test]
+    fn a_training_goes_on_from_a_model() {
+        let flights = flights();
+        let mut first = Training::new(recipe(), &flights).unwrap();
+        first.episode();
+        let model = first.model();
+        let on = Recipe {
+            flights: 32,
+            ..Recipe::DEFAULT.going_on("a".to_owned())
+        };
+        let mut whole = Training::going_on(on.clone(), &flights, &model).unwrap();
+        assert_eq!(whole.network.means, model.network.means);
+        whole.episode();
+        let checkpoint = whole.checkpoint();
+        whole.episode();
+        let mut resumed =
+            Training::resume_going_on(on.clone(), &flights, &model, &checkpoint).unwrap();
+        resumed.episode();
+        assert_eq!(resumed.checkpoint(), whole.checkpoint());
+        let after = whole.model();
+        assert_ne!(after.network.means, model.network.means);
+        assert_eq!(after.normalisation, model.normalisation);
+        assert_eq!(after.parameters.population, model.parameters.population);
+        assert_eq!(after.parameters.hypotheses, Hypotheses::PAPER);
+        let other = Recipe {
+            from: Some("b".to_owned()),
+            ..on
+        };
+        assert_eq!(
+            Training::resume_going_on(other, &flights, &model, &checkpoint).unwrap_err(),
+            ResumeError::OtherRecipe
+        );
     }
 
     #[test]

@@ -202,9 +202,10 @@ mod tests {
             ..Recipe::DEFAULT
         };
         let training = Training::new(recipe, &flights).unwrap();
-        let bytes = training.model().blob().unwrap();
+        let model = training.model();
+        let bytes = model.blob().unwrap();
         let weights = training.network.weights(Tier::detect(), Sampling::Nothing);
-        let programs = Programs::new(&training.parameters, &training.normalisation, Weighing::All);
+        let programs = Programs::new(&model.parameters, &model.normalisation, Weighing::All);
         for cell in Scenario::Paper.cells(&flights, 5) {
             let encounters = cell.encounters(&training.parameters.population);
             let expected = Score::of(&programs, &weights, &encounters);

@@ -15,7 +15,7 @@ pub enum UntunableError {
     #[error("its unrounded weights: {0}")]
     Unrounded(#[from] UnroundedError),
     /// Another kind or another shape.
-    #[error("only a recursive model as this version trains it can be tuned")]
+    #[error("only a recursive model as this version trains it can be trained further")]
     OtherKind,
     /// Bounds of its own.
     #[error("its bounds are those of no scenario, so there are no built-in flights to rehearse")]
