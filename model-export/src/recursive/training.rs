@@ -529,7 +529,7 @@ mod tests {
             ..Recipe::DEFAULT.going_on("a".to_owned())
         };
         let mut whole = Training::going_on(on.clone(), &flights, &model).unwrap();
-        assert_eq!(whole.network.means, model.network.means);
+        assert_eq!(whole.network.means[..], model.network.means[..]);
         whole.episode();
         let checkpoint = whole.checkpoint();
         whole.episode();
@@ -538,7 +538,7 @@ mod tests {
         resumed.episode();
         assert_eq!(resumed.checkpoint(), whole.checkpoint());
         let after = whole.model();
-        assert_ne!(after.network.means, model.network.means);
+        assert_ne!(after.network.means[..], model.network.means[..]);
         assert_eq!(after.normalisation, model.normalisation);
         assert_eq!(after.parameters.population, model.parameters.population);
         assert_eq!(after.parameters.hypotheses, Hypotheses::PAPER);
