@@ -76,7 +76,7 @@ impl Augmentation {
     pub const END: Self = Self {
         agile_share: 0.2,
         haste_share: 0.15,
-        elsewhere_share: 0.05,
+        elsewhere_share: 0.09,
         ..Self::DEFAULT
     };
 
