@@ -11,6 +11,7 @@ pub mod stress;
 pub mod train;
 pub mod train_memoryless;
 pub mod train_recursive;
+pub mod tunable_file;
 pub mod tune;
 pub mod verify;
 pub mod verify_recursive;

@@ -13,6 +13,7 @@ use bnkf_model_export::radar::noise::NoiseTable;
 use bnkf_model_export::recursive;
 use bnkf_model_export::recursive::recipe::Recipe;
 use bnkf_model_export::recursive::training::TrainingError;
+use bnkf_model_export::recursive::tunable::Tunable;
 use bnkf_model_export::recursive::tuning::{Tuning, usable};
 use bnkf_model_export::seed;
 
@@ -231,7 +232,11 @@ impl Task<'_> {
     /// `model-export tune --place` if they were placed there.
     fn tune(&self, done: &dyn Fn(f64)) -> Result<Vec<u8>, FoldKitError> {
         let shipped = self.recursive.ok_or(FoldKitError::NoRecursive)?;
-        let (model, scenario) = shipped.to_tune()?;
+        let Tunable {
+            blob_sha256,
+            model,
+            scenario,
+        } = shipped.to_tune()?;
         let own = usable(
             self.flights
                 .iter()
@@ -240,7 +245,7 @@ impl Task<'_> {
         );
         let familiar = generate(&scenario.training_flights())?;
         let ids = [seed::name_id("tune"), self.fold as u64, self.table as u64];
-        let tuning = Tuning::new(shipped.sha256(), &own, self.placed);
+        let tuning = Tuning::new(blob_sha256, &own, self.placed);
         let recipe = scenario.recipe().tuned(tuning);
         let recipe = Recipe {
             seed: seed::derive(self.seed, &ids),

@@ -8,9 +8,7 @@ use bnkf_model_export::blob::unrounded;
 use bnkf_model_export::cmd::blob_file::BLOB_BYTES_MAX;
 use bnkf_model_export::flights::data_hash;
 use bnkf_model_export::flights::volume::Volume;
-use bnkf_model_export::recursive::model::RecursiveModel;
-use bnkf_model_export::recursive::scenario::Scenario;
-use bnkf_model_export::recursive::tunable::{UntunableError, tunable};
+use bnkf_model_export::recursive::tunable::{Tunable, UntunableError, tunable};
 use bnkf_model_export::regular_file::{self, ReadFileError};
 
 /// A blob that was checked.
@@ -85,11 +83,11 @@ impl Model {
         Self::checked(format!("embedded:{name}"), bytes.into(), unrounded)
     }
 
-    /// The model with its unrounded weights, and the scenario that it was trained for.
+    /// The model as tuning goes on from it.
     ///
     /// # Errors
     /// See [`ToTuneError`].
-    pub fn to_tune(&self) -> Result<(RecursiveModel, Scenario), ToTuneError> {
+    pub fn to_tune(&self) -> Result<Tunable, ToTuneError> {
         let unrounded = match &self.unrounded {
             Unrounded::Embedded(bytes) => Cow::Borrowed(*bytes),
             Unrounded::Beside(path) => regular_file::read(path, unrounded::BYTES_MAX)?.into(),

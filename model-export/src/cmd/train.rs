@@ -14,7 +14,7 @@ use crate::memoryless::gradient::SHARDS;
 use crate::memoryless::provenance;
 use crate::memoryless::training::DivergedError;
 use crate::memoryless::training_settings::{TrainingSettings, TrainingSettingsError};
-use crate::recursive::training::{ResumeError, TrainingError};
+use crate::recursive::training::{ResumeError, Training, TrainingError};
 use crate::recursive::tunable::UntunableError;
 use crate::regular_file::{self, ReadFileError};
 use bnkf::TrackerError;
@@ -206,12 +206,23 @@ impl Run<'_> {
         }
     }
 
+    /// A recursive training where its checkpoint left it, if there is one.
+    ///
+    /// # Errors
     /// The checkpoint does not fit the run.
-    pub fn unusable(&self, cause: ResumeError) -> TrainError {
-        TrainError::RecursiveCheckpoint {
+    pub fn resumed<'f>(
+        &self,
+        training: Training<'f>,
+        checkpoint: Option<Vec<u8>>,
+    ) -> Result<Training<'f>, TrainError> {
+        let Some(bytes) = checkpoint else {
+            return Ok(training);
+        };
+        let resumed = training.resumed(&bytes);
+        resumed.map_err(|cause| TrainError::RecursiveCheckpoint {
             path: self.checkpoint.to_owned(),
             cause,
-        }
+        })
     }
 
     /// Removes the checkpoint of a finished run.

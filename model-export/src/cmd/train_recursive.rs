@@ -1,8 +1,8 @@
 //! `model-export train --kind recursive`: trains the recursive estimator and writes its blob.
 
-use super::blob_file;
 use super::flight_source::{FlightSourceError, NamedFlights};
 use super::train::{Outcome, Run, TrainError};
+use super::tunable_file;
 use crate::atomic_file;
 use crate::blob::quantise::layer_errors;
 use crate::blob::unrounded;
@@ -18,12 +18,10 @@ use crate::recursive::scenario::Scenario;
 use crate::recursive::step::Weighing;
 use crate::recursive::training::Training;
 use crate::recursive::training_progress::RecursiveProgress;
-use crate::recursive::tunable::tunable;
-use crate::regular_file;
 use bnkf::Inference;
 use bnkf::blob::Blob;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// Time between two checkpoints.
@@ -92,19 +90,19 @@ fn weight(text: &str) -> Result<f64, String> {
 /// # Errors
 /// See [`TrainError`].
 pub fn train(run: &Run<'_>, args: &RecursiveArgs) -> Result<Outcome, TrainError> {
-    let begun = args.from.as_deref().map(begun).transpose()?;
-    let (scenario, default) = match &begun {
-        None => (args.scenario, args.scenario.recipe()),
-        Some((blob_sha256, _, scenario)) => {
-            (*scenario, scenario.recipe().going_on(blob_sha256.clone()))
-        }
+    let begun = args.from.as_deref().map(tunable_file::read).transpose()?;
+    let scenario = begun.as_ref().map_or(args.scenario, |from| from.scenario);
+    let (default, sampling) = match &begun {
+        None => (scenario.recipe(), args.sampling),
+        Some(from) => (
+            scenario.recipe().going_on(from.blob_sha256.clone()),
+            from.model.sampling,
+        ),
     };
     let recipe = Recipe {
         seed: run.seed,
         episodes: args.episodes.unwrap_or(default.episodes),
-        sampling: begun
-            .as_ref()
-            .map_or(args.sampling, |(_, model, _)| model.sampling),
+        sampling,
         weighing: args.weighing,
         distance_weight: args.distance_weight,
         ..default
@@ -115,8 +113,12 @@ pub fn train(run: &Run<'_>, args: &RecursiveArgs) -> Result<Outcome, TrainError>
         named.source,
         named.flights.len()
     );
-    let model = begun.as_ref().map(|(_, model, _)| model);
-    let mut training = start(run, recipe, &named, model)?;
+    let checkpoint = run.interrupted()?;
+    let training = match &begun {
+        None => Training::new(recipe, &named.flights)?,
+        Some(from) => Training::going_on(recipe, &named.flights, &from.model)?,
+    };
+    let mut training = run.resumed(training, checkpoint)?;
     // What the flights contribute to the blob does not change any more.
     training.model().blob().map_err(TrainError::Statistics)?;
     if complete(run, &mut training)? == Outcome::Interrupted {
@@ -177,38 +179,6 @@ pub fn built_in(settings: &GeneratorSettings) -> Result<NamedFlights, FlightSour
         ),
         flights: generate(settings)?,
     })
-}
-
-fn start<'f>(
-    run: &Run<'_>,
-    recipe: Recipe,
-    named: &'f NamedFlights,
-    begun: Option<&RecursiveModel>,
-) -> Result<Training<'f>, TrainError> {
-    let flights = &named.flights;
-    match (run.interrupted()?, begun) {
-        (None, None) => Ok(Training::new(recipe, flights)?),
-        (None, Some(model)) => Ok(Training::going_on(recipe, flights, model)?),
-        (Some(bytes), begun) => match begun {
-            None => Training::resume(recipe, flights, &bytes),
-            Some(model) => Training::resume_going_on(recipe, flights, model, &bytes),
-        }
-        .map_err(|cause| run.unusable(cause)),
-    }
-}
-
-/// The SHA-256 of a blob whose training is to go on, the model, and what it is for.
-///
-/// # Errors
-/// It cannot be read, or its training cannot go on.
-pub fn begun(path: &Path) -> Result<(String, RecursiveModel, Scenario), TrainError> {
-    let bytes = blob_file::read(path)?;
-    let beside = regular_file::read(&unrounded::path_beside(path), unrounded::BYTES_MAX)?;
-    let (model, scenario) = tunable(&bytes, &beside).map_err(|cause| TrainError::Untunable {
-        path: path.to_owned(),
-        cause,
-    })?;
-    Ok((data_hash::of_bytes(&bytes), model, scenario))
 }
 
 /// Writes the blob and what goes beside it.

@@ -2,10 +2,12 @@
 
 use super::flight_source::FlightSource;
 use super::train::{Outcome, Run, TrainError, check_paths, checkpoint_path, threads};
-use super::train_recursive::{begun, built_in, complete, write};
+use super::train_recursive::{built_in, complete, write};
+use super::tunable_file;
 use crate::interrupt::Interrupt;
 use crate::recursive::recipe::Recipe;
 use crate::recursive::training::Training;
+use crate::recursive::tunable::Tunable;
 use crate::recursive::tuning::{
     BLEND, DURATION_MIN_S, EPISODES, Hold, RATE, REHEARSAL, Tuning, too_short, usable,
 };
@@ -83,7 +85,11 @@ fn blend(text: &str) -> Result<f64, String> {
 /// See [`TrainError`].
 pub fn run(args: &Args) -> Result<Outcome, TrainError> {
     check_paths(&args.out, args.resume)?;
-    let (blob_sha256, model, scenario) = begun(&args.model)?;
+    let Tunable {
+        blob_sha256,
+        model,
+        scenario,
+    } = tunable_file::read(&args.model)?;
     let mut named = args.source.load(args.seed)?;
     for reason in named.flights.iter().filter_map(too_short) {
         eprintln!("warning: left out: {reason}");
@@ -124,13 +130,9 @@ pub fn run(args: &Args) -> Result<Outcome, TrainError> {
         interrupt: &interrupt,
     };
     pool.install(|| {
-        let mut training = match run.interrupted()? {
-            None => Training::tune(recipe, &familiar.flights, &named.flights, &model)?,
-            Some(bytes) => {
-                Training::resume_tuning(recipe, &familiar.flights, &named.flights, &model, &bytes)
-                    .map_err(|cause| run.unusable(cause))?
-            }
-        };
+        let checkpoint = run.interrupted()?;
+        let training = Training::tune(recipe, &familiar.flights, &named.flights, &model)?;
+        let mut training = run.resumed(training, checkpoint)?;
         if complete(&run, &mut training)? == Outcome::Interrupted {
             return Ok(Outcome::Interrupted);
         }

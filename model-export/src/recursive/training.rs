@@ -66,9 +66,6 @@ pub enum ResumeError {
     /// Its flights differ.
     #[error("the checkpoint was made with other flights")]
     OtherFlights,
-    /// Training could not even start.
-    #[error(transparent)]
-    Training(#[from] TrainingError),
 }
 
 /// A network in training.
@@ -143,7 +140,7 @@ impl<'f> Training<'f> {
         })
     }
 
-    /// Goes on training `model`, whose places and features stay what they are, with new batches.
+    /// Goes on training `model`, whose population and normalisation stay what they are, with new batches.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -156,34 +153,16 @@ impl<'f> Training<'f> {
         if flights.is_empty() {
             return Err(TrainingError::NoFlights);
         }
-        let model = model.clone();
         Ok(Self {
             programs: Programs::new(&model.parameters, &model.normalisation, recipe.weighing),
-            network: model.network,
+            network: model.network.clone(),
             recipe,
             parameters: model.parameters,
-            normalisation: model.normalisation,
+            normalisation: model.normalisation.clone(),
             episode: 0,
             flights,
             own: None,
         })
-    }
-
-    /// Goes on from a checkpoint of a training that goes on, to the same result as without the break.
-    ///
-    /// # Errors
-    /// As [`Self::resume`].
-    pub fn resume_going_on(
-        recipe: Recipe,
-        flights: &'f [Flight],
-        model: &RecursiveModel,
-        checkpoint: &[u8],
-    ) -> Result<Self, ResumeError> {
-        let checkpoint = checked(checkpoint, &recipe, flights)?;
-        let mut training = Self::going_on(recipe, flights, model)?;
-        training.network = checkpoint.network;
-        training.episode = checkpoint.episode;
-        Ok(training)
     }
 
     /// Goes on training `model` on `own` flights and on built-in `flights`, as `recipe.tuning` says.
@@ -198,69 +177,46 @@ impl<'f> Training<'f> {
     ) -> Result<Self, TrainingError> {
         let tuning = recipe.tuning.clone().ok_or(TrainingError::NoFlights)?;
         let augmentation = tuning.augmentation(own, &model.parameters.population);
-        let model = refitted(model, own, tuning.place);
-        check_batch(&recipe)?;
-        if own.is_empty() || flights.is_empty() {
+        if own.is_empty() {
             return Err(TrainingError::NoFlights);
         }
         let positions: usize = own.iter().map(|flight| flight.samples.len()).sum();
+        let own = Own {
+            flights: own,
+            recipe: Recipe {
+                augmentation,
+                ..recipe.clone()
+            },
+            shipped: model.network.clone(),
+            blend: tuning.blend as f32,
+            anchor: tuning.anchor(&model.network),
+            weight: 1.0 / positions as f32,
+        };
+        let model = refitted(model, own.flights, tuning.place);
         Ok(Self {
-            programs: Programs::new(&model.parameters, &model.normalisation, recipe.weighing),
-            own: Some(Own {
-                flights: own,
-                recipe: Recipe {
-                    augmentation,
-                    ..recipe.clone()
-                },
-                shipped: model.network.clone(),
-                blend: tuning.blend as f32,
-                anchor: tuning.anchor(&model.network),
-                weight: 1.0 / positions as f32,
-            }),
-            network: model.network,
-            recipe,
-            parameters: model.parameters,
-            normalisation: model.normalisation,
-            episode: 0,
-            flights,
+            own: Some(own),
+            ..Self::going_on(recipe, flights, &model)?
         })
     }
 
-    /// Goes on from a checkpoint of a tuning, to the same result as without the break.
+    /// Takes up a checkpoint of the same training, to the same result as without the break.
     ///
     /// # Errors
-    /// As [`Self::resume`].
-    pub fn resume_tuning(
-        recipe: Recipe,
-        flights: &'f [Flight],
-        own: &'f [Flight],
-        model: &RecursiveModel,
-        checkpoint: &[u8],
-    ) -> Result<Self, ResumeError> {
-        let checkpoint = checked(checkpoint, &recipe, flights)?;
-        let mut training = Self::tune(recipe, flights, own, model)?;
-        training.network = checkpoint.network;
-        training.episode = checkpoint.episode;
-        Ok(training)
+    /// The checkpoint is damaged or of another recipe or other flights.
+    pub fn resumed(mut self, checkpoint: &[u8]) -> Result<Self, ResumeError> {
+        let checkpoint = Checkpoint::parse(checkpoint)?;
+        if checkpoint.recipe != self.recipe {
+            return Err(ResumeError::OtherRecipe);
+        }
+        if checkpoint.flights_hash != of_flights(self.flights) {
+            return Err(ResumeError::OtherFlights);
+        }
+        self.network = checkpoint.network;
+        self.episode = checkpoint.episode;
+        Ok(self)
     }
 
-    /// Goes on from a checkpoint, to the same result as without the break.
-    ///
-    /// # Errors
-    /// The checkpoint is damaged or of another recipe or other flights, or [`TrainingError`].
-    pub fn resume(
-        recipe: Recipe,
-        flights: &'f [Flight],
-        checkpoint: &[u8],
-    ) -> Result<Self, ResumeError> {
-        let checkpoint = checked(checkpoint, &recipe, flights)?;
-        let mut training = Self::new(recipe, flights)?;
-        training.network = checkpoint.network;
-        training.episode = checkpoint.episode;
-        Ok(training)
-    }
-
-    /// Everything that [`Self::resume`] needs, as bytes.
+    /// Everything that [`Self::resumed`] needs, as bytes.
     pub fn checkpoint(&self) -> Vec<u8> {
         Checkpoint {
             recipe: self.recipe.clone(),
@@ -284,30 +240,28 @@ impl<'f> Training<'f> {
             network,
             sampling: self.recipe.sampling,
         };
-        if self.own.is_none() {
+        let Some(own) = &self.own else {
+            // Only now: the features of a new network are measured under those of any drone.
             model.parameters.hypotheses = self.recipe.hypotheses();
-        }
-        if let Some(own) = &self.own {
-            let recipe = Recipe {
-                sensor: own.recipe.sensor.faultless(),
-                ..own.recipe.clone()
-            };
-            let meetings: Vec<_> = (0..FREQUENCY_ENCOUNTERS)
-                .into_par_iter()
-                .map(|lane| recipe.meeting(own.flights, UNREACHED, lane))
-                .collect();
-            let population = &self.parameters.population;
-            let encounters: Vec<Encounter> = meetings
-                .iter()
-                .filter_map(|(flight, readings)| {
-                    Encounter::new(&flight.samples, readings, population)
-                })
-                .collect();
-            model.parameters.hypotheses = frequencies::learned(&model, &encounters);
-            let duration_s = own.flights.iter().map(Flight::duration_s).sum();
-            let bend = bends::learned(&model, &meetings, duration_s);
-            model.parameters.bend += f64::from(own.blend) * (bend - model.parameters.bend);
-        }
+            return model;
+        };
+        let recipe = Recipe {
+            sensor: own.recipe.sensor.faultless(),
+            ..own.recipe.clone()
+        };
+        let meetings: Vec<_> = (0..FREQUENCY_ENCOUNTERS)
+            .into_par_iter()
+            .map(|lane| recipe.meeting(own.flights, UNREACHED, lane))
+            .collect();
+        let population = &self.parameters.population;
+        let encounters: Vec<Encounter> = meetings
+            .iter()
+            .filter_map(|(flight, readings)| Encounter::new(&flight.samples, readings, population))
+            .collect();
+        model.parameters.hypotheses = frequencies::learned(&model, &encounters);
+        let duration_s = own.flights.iter().map(Flight::duration_s).sum();
+        let bend = bends::learned(&model, &meetings, duration_s);
+        model.parameters.bend += f64::from(own.blend) * (bend - model.parameters.bend);
         model
     }
 
@@ -431,18 +385,6 @@ fn check_batch(recipe: &Recipe) -> Result<(), TrainingError> {
     Ok(())
 }
 
-/// A checkpoint of this recipe and these flights.
-fn checked(bytes: &[u8], recipe: &Recipe, flights: &[Flight]) -> Result<Checkpoint, ResumeError> {
-    let checkpoint = Checkpoint::parse(bytes)?;
-    if checkpoint.recipe != *recipe {
-        return Err(ResumeError::OtherRecipe);
-    }
-    if checkpoint.flights_hash != of_flights(flights) {
-        return Err(ResumeError::OtherFlights);
-    }
-    Ok(checkpoint)
-}
-
 /// Mean and inverse deviation of every feature under the base model.
 fn measure_features(
     recipe: &Recipe,
@@ -482,110 +424,4 @@ fn measure_features(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::flights::generator::{GeneratorSettings, generate};
-    use bnkf::recursive::hypotheses::Hypotheses;
-
-    fn recipe() -> Recipe {
-        Recipe {
-            episodes: 3,
-            flights: 32,
-            ..Recipe::DEFAULT
-        }
-    }
-
-    fn flights() -> Vec<Flight> {
-        let settings = GeneratorSettings {
-            flights: 12,
-            ..GeneratorSettings::default()
-        };
-        generate(&settings).unwrap()
-    }
-
-    #[test]
-    fn a_resumed_run_ends_with_the_same_bits() {
-        let flights = flights();
-        let mut whole = Training::new(recipe(), &flights).unwrap();
-        let first = whole.episode();
-        assert!(first.surprise.is_finite() && first.updates >= 2);
-        let checkpoint = whole.checkpoint();
-        whole.episode();
-        let mut resumed = Training::resume(recipe(), &flights, &checkpoint).unwrap();
-        resumed.episode();
-        assert_eq!(resumed.network.to_state(), whole.network.to_state());
-        assert_eq!(resumed.checkpoint(), whole.checkpoint());
-    }
-
-    /// Places, features and the first weights are the model's; it goes on alike after a break, and not after another.
-    #[test]
-    fn a_training_goes_on_from_a_model() {
-        let flights = flights();
-        let mut first = Training::new(recipe(), &flights).unwrap();
-        first.episode();
-        let model = first.model();
-        let on = Recipe {
-            flights: 32,
-            ..Recipe::DEFAULT.going_on("a".to_owned())
-        };
-        let mut whole = Training::going_on(on.clone(), &flights, &model).unwrap();
-        assert_eq!(whole.network.means[..], model.network.means[..]);
-        whole.episode();
-        let checkpoint = whole.checkpoint();
-        whole.episode();
-        let mut resumed =
-            Training::resume_going_on(on.clone(), &flights, &model, &checkpoint).unwrap();
-        resumed.episode();
-        assert_eq!(resumed.checkpoint(), whole.checkpoint());
-        let after = whole.model();
-        assert_ne!(after.network.means[..], model.network.means[..]);
-        assert_eq!(after.normalisation, model.normalisation);
-        assert_eq!(after.parameters.population, model.parameters.population);
-        assert_eq!(after.parameters.hypotheses, Hypotheses::PAPER);
-        let other = Recipe {
-            from: Some("b".to_owned()),
-            ..on
-        };
-        assert_eq!(
-            Training::resume_going_on(other, &flights, &model, &checkpoint).unwrap_err(),
-            ResumeError::OtherRecipe
-        );
-    }
-
-    #[test]
-    fn a_checkpoint_of_another_run_is_refused() {
-        let flights = flights();
-        let checkpoint = Training::new(recipe(), &flights).unwrap().checkpoint();
-        let other = Recipe {
-            seed: 9,
-            ..recipe()
-        };
-        assert_eq!(
-            Training::resume(other, &flights, &checkpoint).unwrap_err(),
-            ResumeError::OtherRecipe
-        );
-        assert_eq!(
-            Training::resume(recipe(), &flights[1..], &checkpoint).unwrap_err(),
-            ResumeError::OtherFlights
-        );
-    }
-
-    #[test]
-    fn settings_that_cannot_work_are_refused() {
-        let bad = Recipe {
-            flights: 40,
-            ..recipe()
-        };
-        assert!(matches!(
-            Training::new(bad, &flights()),
-            Err(TrainingError::BatchSize {
-                flights: 40,
-                unit: 32
-            })
-        ));
-        assert!(matches!(
-            Training::new(recipe(), &[]),
-            Err(TrainingError::NoFlights)
-        ));
-    }
-}
+mod tests;

@@ -1,11 +1,12 @@
-//! A shipped model as tuning needs it: its unrounded weights, and the flights to rehearse.
+//! A shipped model that training goes on from, on new batches or on a user's flights: with its unrounded weights.
 
 use super::model::RecursiveModel;
 use super::scenario::Scenario;
 use crate::blob::unrounded::{self, UnroundedError};
+use crate::flights::data_hash::of_bytes;
 use bnkf::blob::{Blob, BlobError};
 
-/// Why a model cannot be tuned.
+/// Why training cannot go on from a model.
 #[derive(Debug, thiserror::Error)]
 pub enum UntunableError {
     /// No blob.
@@ -22,23 +23,35 @@ pub enum UntunableError {
     NoScenario,
 }
 
-/// The model of a blob and the file of unrounded weights beside it, and what it was trained for.
+/// A shipped model that training goes on from.
+#[derive(Debug)]
+pub struct Tunable {
+    /// SHA-256 of its blob.
+    pub blob_sha256: String,
+    /// With unrounded weights.
+    pub model: RecursiveModel,
+    /// What it was trained for.
+    pub scenario: Scenario,
+}
+
+/// The model of a blob and the file of unrounded weights beside it.
 ///
 /// # Errors
 /// See [`UntunableError`].
-pub fn tunable(
-    blob: &[u8],
-    unrounded: &[u8],
-) -> Result<(RecursiveModel, Scenario), UntunableError> {
-    let networks = unrounded::parse(unrounded, blob)?;
-    let blob = Blob::parse(blob)?;
+pub fn tunable(bytes: &[u8], unrounded: &[u8]) -> Result<Tunable, UntunableError> {
+    let networks = unrounded::parse(unrounded, bytes)?;
+    let blob = Blob::parse(bytes)?;
     unrounded::check_shape(&networks, &blob)?;
     let model = networks
         .first()
         .and_then(|weights| RecursiveModel::of_blob(&blob, weights))
         .ok_or(UntunableError::OtherKind)?;
     let scenario = Scenario::of(&model.parameters.bounds).ok_or(UntunableError::NoScenario)?;
-    Ok((model, scenario))
+    Ok(Tunable {
+        blob_sha256: of_bytes(bytes),
+        model,
+        scenario,
+    })
 }
 
 #[cfg(test)]
@@ -65,9 +78,10 @@ mod tests {
     #[test]
     fn a_model_is_tunable_with_its_own_weights_alone() {
         let (blob, beside) = files(|_| ());
-        let (model, scenario) = tunable(&blob, &beside).unwrap();
-        assert_eq!(scenario, Scenario::Paper);
-        assert_eq!(model.blob().unwrap(), blob);
+        let found = tunable(&blob, &beside).unwrap();
+        assert_eq!(found.scenario, Scenario::Paper);
+        assert_eq!(found.model.blob().unwrap(), blob);
+        assert_eq!(found.blob_sha256, of_bytes(&blob));
         let (other, others) = files(|p| p.bounds.speed_max_mps = 17.0);
         assert!(matches!(
             tunable(&blob, &others),

@@ -316,15 +316,16 @@ mod tests {
         whole.episode();
         let checkpoint = whole.checkpoint();
         whole.episode();
-        let resumed = Training::resume_tuning(recipe.clone(), &familiar, &own, &model, &checkpoint);
-        let mut resumed = resumed.unwrap();
+        let resumed = Training::tune(recipe.clone(), &familiar, &own, &model).unwrap();
+        let mut resumed = resumed.resumed(&checkpoint).unwrap();
         resumed.episode();
         assert_eq!(
             whole.model().blob().unwrap(),
             resumed.model().blob().unwrap()
         );
         let other = Recipe { seed: 9, ..recipe };
-        let refused = Training::resume_tuning(other, &familiar, &own, &model, &checkpoint);
+        let refused = Training::tune(other, &familiar, &own, &model).unwrap();
+        let refused = refused.resumed(&checkpoint);
         assert_eq!(refused.err(), Some(ResumeError::OtherRecipe));
     }
 
