@@ -1,81 +1,12 @@
 //! Nothing false leaves the tracker: inputs that once gave a wrong or silent answer, with the right
 //! one, on every shipped blob, the default one first.
 
-use bnkf::blob::Blob;
-use bnkf::{Channel, Estimate, Measurement, MeasurementError, Mode, Sensed, Sensor, Settings};
-use bnkf::{StepError, Tracker, WrappingClock};
-use nalgebra::SMatrix;
+mod hovering;
 
-const RECURSIVE: &[u8] = include_bytes!("../models/recursive.bnkf");
-const COUNTER_UAS: &[u8] = include_bytes!("../models/recursive-counter-uas.bnkf");
-const BNKF: &[u8] = include_bytes!("../models/bnkf.bnkf");
-const BNKFE: &[u8] = include_bytes!("../models/bnkfe.bnkf");
-const EVERY: [&[u8]; 4] = [RECURSIVE, COUNTER_UAS, BNKF, BNKFE];
-
-fn tracker(bytes: &[u8]) -> Tracker<'_> {
-    let blob = Blob::parse(bytes).expect("shipped blob");
-    let mut settings = Settings::of(&blob);
-    settings.inference = settings.inference.at_most(4);
-    Tracker::new(blob, settings).expect("settings of the blob")
-}
-
-fn sensed(value: f32, sigma: f32) -> Option<Sensed> {
-    Some(Sensed { value, sigma })
-}
-
-/// A target that hovers 33 m away.
-fn z(i: u64) -> Measurement {
-    Measurement {
-        time_us: i * 100_000,
-        range: sensed(33.0, 0.1),
-        elevation: sensed(0.4, 0.005),
-        azimuth: sensed(0.5, 0.005),
-        range_rate: sensed(0.0, 0.05),
-        sensor: Sensor::ORIGIN,
-    }
-}
-
-fn with(measurement: Measurement, mut change: impl FnMut(&mut Measurement)) -> Measurement {
-    let mut changed = measurement;
-    change(&mut changed);
-    changed
-}
-
-/// Finite, symmetric, and positive definite for single and double precision.
-fn assert_sound(estimate: &Estimate) {
-    assert!(estimate.position_m.iter().all(|x| x.is_finite()));
-    assert!(estimate.nis.is_finite() && estimate.nis >= 0.0);
-    let block = SMatrix::<f32, 3, 3>::from_fn(|i, j| estimate.covariance_m2[i][j]);
-    assert!(
-        block == block.transpose() && block.cholesky().is_some(),
-        "{block}"
-    );
-    assert!(block.map(f64::from).cholesky().is_some(), "{block}");
-    if let Some(motion) = &estimate.motion {
-        let full = SMatrix::<f32, 9, 9>::from_fn(|i, j| motion.covariance[i][j]);
-        assert!(
-            full == full.transpose() && full.cholesky().is_some(),
-            "{full}"
-        );
-        assert!(full.map(f64::from).cholesky().is_some(), "{full}");
-        let vectors = motion.velocity_mps.iter().chain(&motion.acceleration_mps2);
-        assert!(vectors.into_iter().all(|x| x.is_finite()));
-    }
-}
-
-fn distance(estimate: &Estimate, truth: [f32; 3]) -> f32 {
-    (0..3)
-        .map(|i| (estimate.position_m[i] - truth[i]).powi(2))
-        .sum::<f32>()
-        .sqrt()
-}
-
-fn sigma(estimate: &Estimate) -> f32 {
-    (0..3)
-        .map(|i| estimate.covariance_m2[i][i])
-        .sum::<f32>()
-        .sqrt()
-}
+use bnkf::{Channel, Measurement, MeasurementError, Mode, Sensor, StepError, WrappingClock};
+use hovering::{
+    COUNTER_UAS, EVERY, RECURSIVE, assert_sound, distance, sensed, sigma, tracker, with, z,
+};
 
 #[test]
 fn a_target_at_any_elevation_is_tracked() {
@@ -503,61 +434,6 @@ fn steps_of_a_microsecond_and_of_nothing_are_sound() {
     }
 }
 
-/// The share of steps more than 3 m from the truth and the longest run of them, where this share of
-/// all measurements is anywhere in the sky.
-fn with_false_alarms(share: f32, seed: u64) -> (f32, usize) {
-    use rand_core::Rng;
-    const STEPS: u64 = 20_000;
-    let truth = bnkf::radar::position(33.0_f32, 0.4, 0.5);
-    let mut tracker = tracker(RECURSIVE);
-    let mut rng = bnkf::rng::seeded(seed);
-    let mut uniform =
-        |low: f32, high: f32| low + (high - low) * (rng.next_u32() >> 8) as f32 / 16_777_216.0;
-    let (mut lost, mut run, mut longest) = (0, 0, 0);
-    for i in 0..STEPS {
-        let alarm = i > 20 && uniform(0.0, 1.0) < share;
-        let measurement = if alarm {
-            with(z(i), |m| {
-                m.range = sensed(uniform(10.0, 60.0), 0.1);
-                m.elevation = sensed(uniform(0.0, 1.2), 0.005);
-                m.azimuth = sensed(uniform(-3.1, 3.1), 0.005);
-                m.range_rate = sensed(uniform(-10.0, 10.0), 0.05);
-            })
-        } else {
-            z(i)
-        };
-        let estimate = tracker.step(&measurement).unwrap();
-        if distance(&estimate, truth) > 3.0 {
-            lost += 1;
-            run += 1;
-            longest = longest.max(run);
-        } else {
-            run = 0;
-        }
-    }
-    (lost as f32 / STEPS as f32, longest)
-}
-
-/// A single alarm may lie where a track that has seen nothing but alarms for a while may be; it is
-/// found out at the next measurements of the target.
-#[test]
-fn scattered_false_alarms_never_steal_a_track() {
-    let (lost, longest) = with_false_alarms(0.1, 7);
-    assert!(lost == 0.0 && longest == 0, "{lost}");
-    let (more, longest_of_more) = with_false_alarms(0.3, 8);
-    assert!(
-        more < 0.002 && longest_of_more < 20,
-        "{more} {longest_of_more}"
-    );
-    // One run of 20,000 steps says little: of 60 the longest losses were 25 to 64 steps.
-    let runs = (9..21).map(|seed| with_false_alarms(0.5, seed));
-    let (shares, longest): (Vec<f32>, Vec<usize>) = runs.unzip();
-    let most = shares.iter().sum::<f32>() / shares.len() as f32;
-    println!("half of all alarms: {most} lost, longest {longest:?}");
-    assert!(most < 0.04, "{most}");
-    assert!(longest.iter().all(|&steps| steps < 80), "{longest:?}");
-}
-
 /// Straight on at 1.1 to 2.9 times the largest speed of the training, where the network is asked: what a forecast
 /// says is less than three of its own deviations away, however far ahead.
 #[test]
@@ -595,52 +471,4 @@ fn forecasts_of_what_is_faster_than_the_training_are_honest() {
             }
         }
     }
-}
-
-#[test]
-fn ghosts_that_agree_do_not_lose_the_truth_for_ever() {
-    let truth = bnkf::radar::position(33.0_f32, 0.4, 0.5);
-    for ghosts in [3, 4, 10] {
-        let mut tracker = tracker(RECURSIVE);
-        let ghost = |i| with(z(i), |m| m.azimuth = sensed(0.9, 0.005));
-        for i in 0..50 {
-            tracker.step(&z(i)).unwrap();
-        }
-        for i in 50..50 + ghosts {
-            tracker.step(&ghost(i)).unwrap();
-        }
-        let mut near = 0;
-        for i in 50 + ghosts..10_050 + ghosts {
-            let measurement = if i % 2 == 0 { z(i) } else { ghost(i) };
-            let estimate = tracker.step(&measurement).unwrap();
-            near += usize::from(distance(&estimate, truth) < 3.0);
-        }
-        assert!(
-            near > 9_900,
-            "{ghosts} ghosts: {near} of 10,000 near the truth"
-        );
-    }
-}
-
-/// A target that really is elsewhere is met again at the third measurement.
-#[test]
-fn a_target_that_jumped_is_taken_over_at_once() {
-    let mut tracker = tracker(RECURSIVE);
-    for i in 0..50 {
-        tracker.step(&z(i)).unwrap();
-    }
-    let modes: Vec<Mode> = (50..60)
-        .map(|i| {
-            let there = with(z(i), |m| m.azimuth = sensed(1.5, 0.005));
-            tracker.step(&there).unwrap().mode
-        })
-        .collect();
-    let expected = [
-        Mode::Rejected,
-        Mode::Rejected,
-        Mode::Restarted,
-        Mode::Tracking,
-    ];
-    assert_eq!(modes[..4], expected);
-    assert!(modes[4..].iter().all(|mode| *mode == Mode::Tracking));
 }

@@ -61,9 +61,9 @@ pub struct Recipe {
 }
 
 /// Batches of a training that goes on.
-const BATCHES_ON: u64 = 600;
+const END_BATCHES: u64 = 600;
 /// Learning rate of a training that goes on.
-const RATE_ON: f64 = 1e-3;
+const END_RATE: f64 = 1e-3;
 
 impl Recipe {
     /// The shipped model's.
@@ -123,8 +123,8 @@ impl Recipe {
     /// against both for ever after; an end with fewer of them gives most of the caution back.
     pub fn going_on(self, blob_sha256: String) -> Self {
         Self {
-            episodes: BATCHES_ON,
-            rate: RATE_ON,
+            episodes: END_BATCHES,
+            rate: END_RATE,
             from: Some(blob_sha256),
             ..self.ending()
         }
