@@ -22,10 +22,16 @@ use crate::ekf::{Corrected, dot, subtract_outer};
 use crate::estimate::{Doubt, Estimate, Mode, Motion, NIS_MAX, POSITION_SIGMA_MAX_M};
 use crate::measurement::{Channel, Measurement, RANGE_MAX_M, Vectors};
 use crate::radar;
+use crate::scalar::Scalar;
 use crate::step_error::StepError;
 
 /// How much larger the variance of a blind prediction is than that of a measurement which replaces it.
 const BLUNTER: f32 = 4.0;
+/// How many variances of a prediction must exceed its squared distance from the sensor's vertical axis for azimuths to
+/// be far from straight there.
+const CLOSE: f32 = 4.0;
+/// Cosine of how far beside the expected azimuth a measured one may be for the slope there to mean anything: 37 degrees.
+const STRAIGHT: f32 = 0.8;
 /// Largest speed, m/s, and acceleration, m/s^2, of a state that means anything: ten times what a
 /// measurement can say.
 const SPEED_MAX_MPS: f32 = 1e5;
@@ -130,12 +136,13 @@ impl Target {
         (0..3).map(squared).sum::<f32>() >= deviations * deviations * variance
     }
 
-    /// Takes its place, as the latest sensor sees it, from a whole measurement if the prediction is blind: unsure by
-    /// more than its distance from the sensor's vertical axis, where angles have no slope that holds, and by more
-    /// than twice what the measurement and the population leave. The curvature would outweigh every such
+    /// Takes its place, as the latest sensor sees it, from a whole measurement whose angles have no slope that holds.
+    /// Either the prediction is blind: unsure by more than its distance from the sensor's vertical axis, and by more
+    /// than twice what the measurement and the population leave. Or it is unsure by half that distance and is seen
+    /// far aside, as by a second radar if the first one's range was a guess. The curvature would outweigh every such
     /// measurement, and the track would never find back. The measurement is then a position (Kalman 1960), which tells of
     /// velocity and acceleration what they have to do with the prediction's, and its range-rate alone is left. Returns the
-    /// normalised innovation squared of the place, `None` for a target that is not blind; at the gate or beyond
+    /// normalised innovation squared of the place, `None` for any other target; at the gate or beyond
     /// nothing was taken.
     // Off the stack before the correction.
     #[inline(never)]
@@ -145,13 +152,17 @@ impl Target {
         population: &Population<f32>,
     ) -> Option<f32> {
         let [x_m, y_m] = [self.state[0], self.state[1]];
-        let unsure_m2 = self.position_variance();
+        let (level_m2, unsure_m2) = (x_m * x_m + y_m * y_m, self.position_variance());
         let [elevation, azimuth, range, _] = vectors.present;
-        if elevation * azimuth * range == 0.0 || unsure_m2 <= x_m * x_m + y_m * y_m {
+        if elevation * azimuth * range == 0.0 || CLOSE * unsure_m2 <= level_m2 {
             return None;
         }
+        let (sin, cos) = Scalar::sin_cos(vectors.measured[1]);
+        let aside = x_m * cos + y_m * sin < STRAIGHT * level_m2.sqrt();
         let (place_m, place_m2) = place(vectors, population);
-        if unsure_m2 <= BLUNTER * (place_m2[0][0] + place_m2[1][1] + place_m2[2][2]) {
+        let measured_m2 = place_m2[0][0] + place_m2[1][1] + place_m2[2][2];
+        let blind = unsure_m2 > level_m2 && unsure_m2 > BLUNTER * measured_m2;
+        if !aside && !blind {
             return None;
         }
         let mut both = place_m2;

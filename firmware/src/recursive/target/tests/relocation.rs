@@ -73,17 +73,21 @@ fn a_target_that_is_not_blind_keeps_its_place() {
             && vectors == Vectors::from(&measurement)
             && (target.state, target.covariance) == (before.state, before.covariance)
     };
+    let near = |azimuth: f32| Measurement {
+        azimuth: sensed(azimuth, 0.001),
+        ..overhead()
+    };
     let mut sure = blind();
     for axis in 0..3 {
         sure.covariance[axis][axis] = 1.3;
     }
-    assert!(kept(sure, overhead()));
+    assert!(kept(sure, near(0.3)));
     let mut far = blind();
     far.state[1] = 18.0;
-    assert!(kept(far, overhead()));
+    assert!(kept(far, near(1.3)));
     let blunt = Measurement {
         elevation: sensed(1.3, 0.4),
-        azimuth: sensed(-2.0, 0.4),
+        azimuth: sensed(0.3, 0.4),
         range: sensed(20.0, 100.0),
         ..first()
     };
@@ -104,6 +108,61 @@ fn a_target_that_is_not_blind_keeps_its_place() {
     ] {
         assert!(kept(blind(), missing));
     }
+}
+
+/// A target 10 m from the vertical axis, unsure by six metres along every axis, and what a radar sees on the other side.
+fn aside() -> (Target, Measurement) {
+    let mut target = target();
+    target.state[..3].copy_from_slice(&[-10.0, 0.0, 15.0]);
+    for axis in 0..3 {
+        target.covariance[axis][axis] = 36.0;
+    }
+    assert!(target.settle());
+    let seen = Measurement {
+        elevation: sensed(0.9, 0.1),
+        azimuth: sensed(-0.3, 0.1),
+        range: sensed(40.0, 100.0),
+        ..first()
+    };
+    (target, seen)
+}
+
+/// The first radar's guess of the range was wrong, and the slope of the second one's azimuth leads nowhere.
+#[test]
+fn a_target_that_is_seen_far_aside_takes_its_place() {
+    let (before, seen) = aside();
+    let mut corrected = Corrected::before(&before.state, &before.covariance);
+    correct_soundly(&mut corrected, &Vectors::from(&seen), [1.0; 3]).expect("sound");
+    assert!(corrected.state[0] < -5.0, "a correction does not find it");
+
+    let mut target = before;
+    let mut vectors = Vectors::from(&seen);
+    let nis = target.relocate(&mut vectors, &population());
+    assert!(nis.is_some_and(|nis| nis > 4.0 && nis < 64.0), "{nis:?}");
+    assert_eq!(vectors.present, [0.0, 0.0, 0.0, 1.0]);
+    assert!(target.state[0] > 0.0 && target.state[0] < 20.0);
+    assert!(target.settle());
+}
+
+/// Aside by less than the slope means something over, or from a surer prediction: the correction's business.
+#[test]
+fn what_is_a_little_aside_is_corrected() {
+    let (target, seen) = aside();
+    let relocated = |mut target: Target, azimuth: f32| {
+        let azimuth = sensed(azimuth, 0.1);
+        let mut vectors = Vectors::from(&Measurement { azimuth, ..seen });
+        target.relocate(&mut vectors, &population()).is_some()
+    };
+    let behind = core::f32::consts::PI;
+    assert!(!relocated(target, behind - 0.60));
+    assert!(relocated(target, behind - 0.68));
+    let mut surer = target;
+    for axis in 0..3 {
+        surer.covariance[axis][axis] = 8.0;
+    }
+    assert!(!relocated(surer, 0.0));
+    surer.covariance[0][0] = 10.0;
+    assert!(relocated(surer, 0.0));
 }
 
 /// What it takes is what Kalman's filter takes of a measured position, in double precision, and what is far beyond
