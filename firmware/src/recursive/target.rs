@@ -136,20 +136,21 @@ impl Target {
         (0..3).map(squared).sum::<f32>() >= deviations * deviations * variance
     }
 
-    /// Takes its place, as the latest sensor sees it, from a whole measurement whose angles have no slope that holds.
-    /// Either the prediction is blind: unsure by more than its distance from the sensor's vertical axis, and by more
-    /// than twice what the measurement and the population leave. Or it is unsure by half that distance and is seen
-    /// far aside, as by a second radar if the first one's range was a guess. The curvature would outweigh every such
-    /// measurement, and the track would never find back. The measurement is then a position (Kalman 1960), which tells of
-    /// velocity and acceleration what they have to do with the prediction's, and its range-rate alone is left. Returns the
-    /// normalised innovation squared of the place, `None` for any other target; at the gate or beyond
-    /// nothing was taken.
+    /// Takes its place, as the sensor sees it that its position counts from, from a whole measurement whose angles have
+    /// no slope that holds. Either the prediction is blind: unsure by more than its distance from the sensor's vertical
+    /// axis, and by more than twice what the measurement and the population leave. Or it is unsure by half that distance
+    /// and seen far aside by another sensor than the latest one, which was at `before_m`: its range from there was a
+    /// guess. The curvature would outweigh every such measurement, and the track would never find back. The measurement
+    /// is then a position (Kalman 1960), which tells of velocity and acceleration what they have to do with the
+    /// prediction's, and its range-rate alone is left. Returns the normalised innovation squared of the place, `None` for
+    /// any other target; at the gate or beyond nothing was taken.
     // Off the stack before the correction.
     #[inline(never)]
     pub fn relocate(
         &mut self,
         vectors: &mut Vectors<f32>,
         population: &Population<f32>,
+        before_m: [f32; 3],
     ) -> Option<f32> {
         let [x_m, y_m] = [self.state[0], self.state[1]];
         let (level_m2, unsure_m2) = (x_m * x_m + y_m * y_m, self.position_variance());
@@ -157,8 +158,11 @@ impl Target {
         if elevation * azimuth * range == 0.0 || CLOSE * unsure_m2 <= level_m2 {
             return None;
         }
+        let apart_m: [f32; 3] = core::array::from_fn(|axis| self.sensor_m[axis] - before_m[axis]);
         let (sin, cos) = Scalar::sin_cos(vectors.measured[1]);
-        let aside = x_m * cos + y_m * sin < STRAIGHT * level_m2.sqrt();
+        // From where it was seen before, a direction far aside is an outlier's.
+        let aside = dot(&apart_m, &apart_m) > unsure_m2
+            && x_m * cos + y_m * sin < STRAIGHT * level_m2.sqrt();
         let (place_m, place_m2) = place(vectors, population);
         let measured_m2 = place_m2[0][0] + place_m2[1][1] + place_m2[2][2];
         let blind = unsure_m2 > level_m2 && unsure_m2 > BLUNTER * measured_m2;

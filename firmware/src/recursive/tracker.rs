@@ -170,7 +170,13 @@ impl Recursive<'_, '_> {
     ) -> Option<Comparison> {
         let target = &mut self.workspace.target;
         let mut vectors = Vectors::from(measurement);
-        let place_nis = target.relocate(&mut vectors, &self.model.parameters.population);
+        let before_m = self
+            .belief
+            .target
+            .as_ref()
+            .map_or([0.0; 3], |held| held.sensor_m);
+        let population = &self.model.parameters.population;
+        let place_nis = target.relocate(&mut vectors, population, before_m);
         let sensor_mps = measurement.sensor.velocity_mps;
         let hypotheses = &self.model.parameters.hypotheses;
         let odds = hypotheses.odds(&target.memory.counts);

@@ -1,6 +1,11 @@
 use super::*;
 use nalgebra::{SMatrix, SVector};
 
+/// Where the sensor is.
+const HERE: [f32; 3] = [0.0; 3];
+/// Where another one is, m.
+const THERE: [f32; 3] = [-40.0, 0.0, 0.0];
+
 /// A target two metres from the vertical axis, 20 m up, unsure by ten metres along every axis.
 fn blind() -> Target {
     let mut target = target();
@@ -36,7 +41,7 @@ fn a_blind_target_takes_its_place_from_a_measurement() {
     assert!(far(&corrected.state) > 3.0, "a correction does not find it");
 
     let mut vectors = Vectors::from(&overhead());
-    let nis = blinded.relocate(&mut vectors, &population());
+    let nis = blinded.relocate(&mut vectors, &population(), HERE);
     assert!(nis.is_some_and(|nis| nis > 0.0 && nis < 1.0), "{nis:?}");
     let left = Measurement {
         elevation: None,
@@ -69,7 +74,7 @@ fn a_blind_target_takes_its_place_from_a_measurement() {
 fn a_target_that_is_not_blind_keeps_its_place() {
     let kept = |mut target: Target, measurement: Measurement| {
         let (before, mut vectors) = (target, Vectors::from(&measurement));
-        target.relocate(&mut vectors, &population()).is_none()
+        target.relocate(&mut vectors, &population(), HERE).is_none()
             && vectors == Vectors::from(&measurement)
             && (target.state, target.covariance) == (before.state, before.covariance)
     };
@@ -137,22 +142,26 @@ fn a_target_that_is_seen_far_aside_takes_its_place() {
 
     let mut target = before;
     let mut vectors = Vectors::from(&seen);
-    let nis = target.relocate(&mut vectors, &population());
+    let nis = target.relocate(&mut vectors, &population(), THERE);
     assert!(nis.is_some_and(|nis| nis > 4.0 && nis < 64.0), "{nis:?}");
     assert_eq!(vectors.present, [0.0, 0.0, 0.0, 1.0]);
     assert!(target.state[0] > 0.0 && target.state[0] < 20.0);
     assert!(target.settle());
 }
 
-/// Aside by less than the slope means something over, or from a surer prediction: the correction's business.
+/// Aside by less than the slope means something over, from a surer prediction, or as the same sensor sees it: the
+/// correction's business, or the gate's.
 #[test]
 fn what_is_a_little_aside_is_corrected() {
     let (target, seen) = aside();
-    let relocated = |mut target: Target, azimuth: f32| {
+    let from = |mut target: Target, azimuth: f32, before_m: [f32; 3]| {
         let azimuth = sensed(azimuth, 0.1);
         let mut vectors = Vectors::from(&Measurement { azimuth, ..seen });
-        target.relocate(&mut vectors, &population()).is_some()
+        target
+            .relocate(&mut vectors, &population(), before_m)
+            .is_some()
     };
+    let relocated = |target: Target, azimuth: f32| from(target, azimuth, THERE);
     let behind = core::f32::consts::PI;
     assert!(!relocated(target, behind - 0.60));
     assert!(relocated(target, behind - 0.68));
@@ -163,6 +172,10 @@ fn what_is_a_little_aside_is_corrected() {
     assert!(!relocated(surer, 0.0));
     surer.covariance[0][0] = 10.0;
     assert!(relocated(surer, 0.0));
+    // The latest sensor was this one, or one nearer than the target is sure of.
+    assert!(!from(target, 0.0, HERE));
+    assert!(!from(target, 0.0, [0.0, 10.0, 0.0]));
+    assert!(from(target, 0.0, [0.0, 11.0, 0.0]));
 }
 
 /// What it takes is what Kalman's filter takes of a measured position, in double precision, and what is far beyond
@@ -193,7 +206,7 @@ fn a_blind_target_is_corrected_by_a_position() {
     let left = prior - gain * seen * prior;
 
     let mut blinded = before;
-    let nis = blinded.relocate(&mut Vectors::from(&overhead()), &population());
+    let nis = blinded.relocate(&mut Vectors::from(&overhead()), &population(), HERE);
     let nis = nis.expect("blind");
     let expected = (apart.transpose() * both * apart)[0];
     assert!((f64::from(nis) - expected).abs() < 1e-4 * expected);
@@ -214,7 +227,7 @@ fn a_blind_target_is_corrected_by_a_position() {
         ..overhead()
     });
     let unread = vectors;
-    let nis = elsewhere.relocate(&mut vectors, &population());
+    let nis = elsewhere.relocate(&mut vectors, &population(), HERE);
     assert!(nis.is_some_and(|nis| nis >= GATE_NIS as f32));
     assert_eq!(vectors, unread);
     assert_eq!(
