@@ -3,7 +3,6 @@
 use core::f32::consts::TAU;
 
 use crate::measurement::Vectors;
-use crate::recursive::correction::GATE_NIS;
 
 /// What a track says of a measurement, for associating plots with tracks.
 ///
@@ -49,14 +48,13 @@ pub struct Likelihood {
 
 impl Likelihood {
     /// The likelihood of `vectors`, which a state expected `innovation` away; its correction had this NIS
-    /// and half the logarithm of its innovation's determinant. `None` if it is no finite number. The gate
-    /// asks `gate_nis`.
+    /// and half the logarithm of its innovation's determinant. `None` if it is no finite number.
     pub(crate) fn new(
         innovation: [f32; 4],
         vectors: &Vectors<f32>,
         nis: f32,
         ln_root: f32,
-        gate_nis: f32,
+        passes_gate: bool,
     ) -> Option<Self> {
         let there = |i: usize| (vectors.present[i] > 0.0).then_some(innovation[i]);
         let innovation: [Option<f32>; 4] = core::array::from_fn(there);
@@ -69,7 +67,7 @@ impl Likelihood {
             nis,
             degrees,
             ln_likelihood,
-            passes_gate: gate_nis < GATE_NIS as f32,
+            passes_gate,
         })
     }
 }

@@ -19,6 +19,7 @@ use crate::network::repeats::Repeats;
 use crate::network::{Network, moments};
 use crate::part::Part;
 use crate::radar::{converted, innovations, predict};
+use crate::recursive::correction::GATE_NIS;
 use crate::rng::Generator;
 use crate::sensor::Sensor;
 use crate::settings::{Correction, Settings};
@@ -193,7 +194,7 @@ impl Memoryless<'_, '_> {
             &vectors,
             corrected.nis,
             corrected.ln_root,
-            corrected.nis,
+            corrected.nis < GATE_NIS as f32,
         )
         .ok_or(spoilt)
     }

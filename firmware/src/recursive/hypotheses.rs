@@ -86,7 +86,7 @@ impl Hypotheses<f64> {
             manoeuvres: [
                 burst,
                 Manoeuvre {
-                    prior: 1e-3,
+                    prior: 2e-3,
                     ..jump
                 },
             ],

@@ -1,5 +1,6 @@
 //! Corrections under several hypotheses, merged by their moments.
 
+use super::correction::GATE_NIS;
 use super::hypotheses::{HYPOTHESES, NOMINAL, OUTLIER};
 use super::state::{Covariance, State};
 use crate::ekf::Corrected;
@@ -8,6 +9,12 @@ use crate::scalar::Scalar;
 
 /// Difference of log-likelihoods beyond which two hypotheses differ no more.
 const LN_ODDS_MAX: f64 = 60.0;
+
+/// Probability of being wrong from which a measurement that is used counts as one that is not.
+pub const SUSPECT: f32 = 0.5;
+/// Gate of such a measurement. It fits the hypothesis that it is wrong badly as well: chance (chi-square, four degrees)
+/// would pass 20 once in 2,000, while what is another target's or nobody's may be anywhere.
+const SUSPECT_GATE_NIS: f32 = 20.0;
 
 /// How steeply a hypothesis comes to count with what a measurement says for it: one that makes it twice as
 /// likely counts for all but a sixteenth.
@@ -106,6 +113,16 @@ impl<S: Scalar> Default for Mixture<S> {
 }
 
 impl Mixture<f32> {
+    /// Whether the measurement, of whose NIS `besides` was asked before, is used.
+    pub fn passes_gate(&self, besides: f32) -> bool {
+        let gate = if self.shares[OUTLIER] < SUSPECT {
+            GATE_NIS as f32
+        } else {
+            SUSPECT_GATE_NIS
+        };
+        self.corrected.nis + besides < gate
+    }
+
     /// What an estimate says of the hypotheses.
     pub fn doubt(&self) -> Doubt {
         Doubt {
@@ -175,6 +192,21 @@ mod tests {
         }
         let nis: f64 = (0..HYPOTHESES).map(|k| share[k] * parts[k].nis).sum();
         assert!((mixture.corrected.nis - nis).abs() < 1e-12);
+    }
+
+    /// A measurement that is likelier wrong than not must fit the hypothesis that it is.
+    #[test]
+    fn the_gate_of_a_suspect_is_tighter() {
+        let passes = |outlier: f32, nis: f32, besides: f32| {
+            let mut mixture: Mixture<f32> = Mixture::new();
+            mixture.shares[OUTLIER] = outlier;
+            mixture.corrected.nis = nis;
+            mixture.passes_gate(besides)
+        };
+        assert!(passes(0.49, 63.9, 0.0) && !passes(0.49, 64.0, 0.0));
+        assert!(passes(0.5, 19.9, 0.0) && !passes(0.5, 20.0, 0.0));
+        assert!(!passes(0.0, 60.0, 5.0) && !passes(1.0, 16.0, 5.0));
+        assert!(!passes(0.0, f32::NAN, 0.0));
     }
 
     #[test]

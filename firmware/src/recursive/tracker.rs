@@ -9,7 +9,7 @@ use super::foresight::AHEAD_S;
 use super::hypotheses::{OFTEN_WRONG, OUTLIER};
 use super::interval::Interval;
 use super::memory::NOTES;
-use super::mixture::Mixture;
+use super::mixture::{Mixture, SUSPECT};
 use super::model::Model;
 use super::population::Population;
 use super::steady::Steady;
@@ -26,9 +26,6 @@ use crate::workspace::Workspace;
 
 /// Longest time that one schedule is used for, s; longer gaps are predicted in equal parts.
 pub(super) const INTERVAL_MAX_S: f32 = 0.25;
-/// Probability of being wrong from which a measurement that is used counts as one that is not.
-const SUSPECT: f32 = 0.5;
-
 /// Deviations that a candidate made of measurements that were used must be away from the track to take
 /// over: nearer than that it is the same target, under a sensor that is worse than it says.
 const APART: f32 = 3.0;
@@ -194,13 +191,14 @@ impl Recursive<'_, '_> {
             target.weighed(&vectors, interval, hypotheses, &odds, &mut mixture)
         {
             nis = mixture.corrected.nis + place_nis;
-            if nis < GATE_NIS as f32 || odds[OUTLIER] < OFTEN_WRONG as f32 {
+            let passed = mixture.passes_gate(place_nis);
+            if passed || odds[OUTLIER] < OFTEN_WRONG as f32 {
                 let whitened = whitened.map(|y| y.clamp(-WHITENED_MAX, WHITENED_MAX));
                 target.memory.measured(whitened, &vectors);
             } else {
                 target.memory.missed();
             }
-            if nis < GATE_NIS as f32 {
+            if passed {
                 target.take(&mixture.corrected);
                 target.over_ground(sensor_mps);
                 target.memory.explained(mixture.shares);
@@ -288,8 +286,8 @@ impl Recursive<'_, '_> {
             .weighed(&vectors, interval, hypotheses, &odds, &mut mixture)
             .ok_or(spoilt)?;
         let innovation = target.innovation(&vectors);
-        let gate_nis = mixture.corrected.nis;
-        Likelihood::new(innovation, &vectors, nis, ln_root, gate_nis).ok_or(spoilt)
+        let passes_gate = mixture.passes_gate(0.0);
+        Likelihood::new(innovation, &vectors, nis, ln_root, passes_gate).ok_or(spoilt)
     }
 
     fn start(&mut self, measurement: &Measurement, mode: Mode) -> Result<Outcome, StepError> {

@@ -75,8 +75,8 @@ impl Augmentation {
     /// What the training of the shipped model ended with: more that is fast, less that is elsewhere.
     pub const END: Self = Self {
         agile_share: 0.2,
-        haste_share: 0.15,
-        elsewhere_share: 0.09,
+        haste_share: 0.3,
+        elsewhere_share: 0.07,
         ..Self::DEFAULT
     };
 

@@ -69,7 +69,7 @@ impl Recipe {
     /// The shipped model's.
     pub const DEFAULT: Self = Self {
         seed: 1,
-        episodes: 8000,
+        episodes: 32_000,
         flights: 160,
         window: 50,
         rate: 2e-3,
