@@ -2,6 +2,8 @@
 
 use bnkf::call::Call;
 use bnkf::estimate::{Doubt, Estimate, Mode, Motion};
+use bnkf::recursive::correction::GATE_NIS;
+use bnkf::recursive::mixture::SUSPECT_GATE_NIS;
 use nalgebra::{Matrix3, SMatrix};
 
 /// Whether every number is finite.
@@ -44,7 +46,7 @@ pub fn is_definite(estimate: &Estimate) -> bool {
 }
 
 /// Whether mode and time say what happened: a coast coasts, a step does not; a rejected measurement
-/// lay outside the gate and one that was tracked with did not; only a first track is started from
+/// lay outside the gate, a suspect's at least, and one that was tracked with did not; only a first track is started from
 /// nothing; and without a measurement doubt grows.
 #[must_use]
 pub fn is_true(call: &Call, estimate: &Estimate, before: Option<&Estimate>) -> bool {
@@ -70,7 +72,7 @@ fn is_doubt_true(estimate: &Estimate) -> bool {
 
 fn is_mode_true(call: &Call, estimate: &Estimate, before: Option<&Estimate>) -> bool {
     let recursive = estimate.motion.is_some();
-    let gate = bnkf::recursive::correction::GATE_NIS as f32;
+    let gate = GATE_NIS as f32;
     let sigma2 = |e: &Estimate| {
         (0..3)
             .map(|i| f64::from(e.covariance_m2[i][i]))
@@ -96,7 +98,7 @@ fn is_mode_true(call: &Call, estimate: &Estimate, before: Option<&Estimate>) -> 
                     Mode::Tracking => before.is_some() && (estimate.nis < gate || !recursive),
                     Mode::Rejected | Mode::Restarted => before.is_some() && recursive,
                 }
-                && (estimate.mode != Mode::Rejected || estimate.nis >= gate)
+                && (estimate.mode != Mode::Rejected || estimate.nis >= SUSPECT_GATE_NIS)
         }
     }
 }

@@ -26,7 +26,7 @@ use crate::workspace::Workspace;
 
 /// Longest time that one schedule is used for, s; longer gaps are predicted in equal parts.
 pub(super) const INTERVAL_MAX_S: f32 = 0.25;
-/// Deviations that a candidate made of measurements that were used must be away from the track to take
+/// Deviations that a candidate made of measurements within the gate must be away from the track to take
 /// over: nearer than that it is the same target, under a sensor that is worse than it says.
 const APART: f32 = 3.0;
 /// Whitened innovations of rejected measurements are remembered within this many deviations.
@@ -128,6 +128,7 @@ impl Recursive<'_, '_> {
             }
             // It hardly moved the track, and may be another target: the candidate sees it as well.
             Some(doubt) => (Mode::Tracking, doubt, APART),
+            None if nis < GATE_NIS as f32 => (Mode::Rejected, Doubt::OUTLIER, APART),
             None => (Mode::Rejected, Doubt::OUTLIER, 0.0),
         };
         if self.is_suspected(measurement, apart) {
@@ -184,14 +185,19 @@ impl Recursive<'_, '_> {
         let mut mixture = Mixture::new();
         mixture.corrected.begin(&target.state, &target.covariance);
         if beyond {
-            // It lies beyond all that a blind prediction leaves open.
+            // It lies beyond all that the prediction leaves open.
             nis = place_nis;
             target.memory.missed();
         } else if let Some(whitened) =
             target.weighed(&vectors, interval, hypotheses, &odds, &mut mixture)
         {
             nis = mixture.corrected.nis + place_nis;
-            let passed = mixture.passes_gate(place_nis);
+            // Of a place it was not asked whether it may be wrong.
+            let passed = if relocated {
+                nis < GATE_NIS as f32
+            } else {
+                mixture.passes_gate()
+            };
             if passed || odds[OUTLIER] < OFTEN_WRONG as f32 {
                 let whitened = whitened.map(|y| y.clamp(-WHITENED_MAX, WHITENED_MAX));
                 target.memory.measured(whitened, &vectors);
@@ -286,7 +292,7 @@ impl Recursive<'_, '_> {
             .weighed(&vectors, interval, hypotheses, &odds, &mut mixture)
             .ok_or(spoilt)?;
         let innovation = target.innovation(&vectors);
-        let passes_gate = mixture.passes_gate(0.0);
+        let passes_gate = mixture.passes_gate();
         Likelihood::new(innovation, &vectors, nis, ln_root, passes_gate).ok_or(spoilt)
     }
 

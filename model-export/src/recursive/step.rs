@@ -65,7 +65,7 @@ pub fn sight_of<S: Scalar>(carry: &Carry<S>) -> LineOfSight<S> {
 pub enum Weighing {
     /// The network's own model alone
     Nominal,
-    /// Every one, as the firmware does
+    /// Every one, as the firmware does, behind the wider of its two gates
     All,
 }
 

@@ -1,6 +1,7 @@
 use super::super::*;
 use super::bench::{constant, measurement, near, now, parameters, started};
 use crate::recursive::hypotheses::HYPOTHESES;
+use crate::recursive::mixture::SUSPECT_GATE_NIS;
 use crate::recursive::schedule::OUTPUTS;
 
 /// What a rejected measurement says is remembered, within a thousand deviations, unless readings
@@ -25,6 +26,27 @@ fn a_rejected_innovation_is_remembered_unless_often_wrong() {
             assert!(near(innovation[2], 0.4, 1.0), "{innovation:?}");
         }
     }
+}
+
+/// What is likelier wrong than not, and fits that badly as well, is not used; from a NIS of 64 on nothing is.
+#[test]
+fn a_suspect_is_rejected_sooner() {
+    let mut sooner = 0;
+    for offset in 1..200 {
+        let bytes = constant([0.0; OUTPUTS]).bytes();
+        let mut tracker = started(&bytes);
+        let seen = measurement(100_000, 33.0 + 0.5 * offset as f32, 0.5);
+        let estimate = tracker.step(&seen, false).expect("an estimate");
+        let (nis, doubt) = (estimate.nis, estimate.doubt);
+        if estimate.mode == Mode::Rejected {
+            assert!(nis >= SUSPECT_GATE_NIS, "{nis}");
+            sooner += usize::from(nis < GATE_NIS as f32);
+        } else {
+            assert!(nis < SUSPECT_GATE_NIS || doubt.outlier < SUSPECT, "{nis}");
+            assert!(nis < GATE_NIS as f32);
+        }
+    }
+    assert!(sooner > 3, "{sooner}");
 }
 
 /// A measurement that is used is remembered, however often readings are wrong.

@@ -74,6 +74,41 @@ fn a_track_that_is_blind_overhead_finds_back() {
     assert!(estimate.nis < 64.0);
 }
 
+/// A range from a first radar was a guess, on the wrong side of a second one, which finds the target; the first one
+/// itself would have seen an outlier.
+#[test]
+fn a_second_radar_finds_a_track_on_its_other_side() {
+    let bytes = constant([0.0; OUTPUTS]).bytes();
+    let step = |second: [f32; 3]| {
+        let mut tracker = started(&bytes);
+        let target = tracker.belief.target.as_mut().expect("a target");
+        for axis in 0..3 {
+            target.state[axis] = [-10.0, 0.0, 15.0][axis] + second[axis];
+            target.covariance[axis][axis] = 36.0;
+        }
+        let mut seen = measurement(100_000, 30.0, -0.3);
+        seen.elevation = Some(Sensed {
+            value: 0.9,
+            sigma: 0.1,
+        });
+        seen.azimuth = Some(Sensed {
+            value: -0.3,
+            sigma: 0.1,
+        });
+        seen.range = Some(Sensed {
+            value: 30.0,
+            sigma: 100.0,
+        });
+        seen.sensor.position_m = second;
+        tracker.step(&seen, false).expect("an estimate")
+    };
+    let away = step([40.0, 0.0, 0.0]);
+    assert_eq!(away.mode, Mode::Tracking);
+    assert!(away.position_m[0] > 40.0, "{:?}", away.position_m);
+    let same = step([0.0; 3]);
+    assert!(same.position_m[0] < 0.0, "{:?}", same.position_m);
+}
+
 /// Its place is the measurement's, so it cannot say that the measurement was rejected.
 #[test]
 fn a_blind_track_of_another_velocity_starts_anew() {
