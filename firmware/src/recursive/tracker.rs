@@ -26,7 +26,7 @@ use crate::workspace::Workspace;
 
 /// Longest time that one schedule is used for, s; longer gaps are predicted in equal parts.
 pub(super) const INTERVAL_MAX_S: f32 = 0.25;
-/// Deviations that a candidate made of measurements within the gate must be away from the track to take
+/// Deviations that a candidate made of measurements that were used must be away from the track to take
 /// over: nearer than that it is the same target, under a sensor that is worse than it says.
 const APART: f32 = 3.0;
 /// Whitened innovations of rejected measurements are remembered within this many deviations.
@@ -128,7 +128,6 @@ impl Recursive<'_, '_> {
             }
             // It hardly moved the track, and may be another target: the candidate sees it as well.
             Some(doubt) => (Mode::Tracking, doubt, APART),
-            None if nis < GATE_NIS as f32 => (Mode::Rejected, Doubt::OUTLIER, APART),
             None => (Mode::Rejected, Doubt::OUTLIER, 0.0),
         };
         if self.is_suspected(measurement, apart) {
