@@ -172,7 +172,10 @@ mod tests {
         assert!(twice.ratio > twice.region.1, "{twice}");
         // Chi-square of four degrees passes 13.277 once in a hundred (Abramowitz and Stegun, table 26.8).
         let all = answers(2.5);
-        let far = all.iter().filter_map(Answer::nis).filter(|nis| nis.value > 13.277);
+        let far = all
+            .iter()
+            .filter_map(Answer::nis)
+            .filter(|nis| nis.value > 13.277);
         assert_eq!(twice.far, far.count() as f64 / twice.readings as f64);
         assert!(twice.far > 0.01 && honest.far < 0.01, "{honest}; {twice}");
         assert!(twice.to_string().contains("surer than the readings allow"));
