@@ -3,10 +3,46 @@
 
 mod hovering;
 
-use bnkf::{Channel, Measurement, MeasurementError, Mode, Sensor, StepError, WrappingClock};
-use hovering::{
-    COUNTER_UAS, EVERY, RECURSIVE, assert_sound, distance, sensed, sigma, tracker, with, z,
+use bnkf::{
+    Channel, Estimate, Measurement, MeasurementError, Mode, Sensor, StepError, WrappingClock,
 };
+use hovering::{RECURSIVE, distance, sensed, tracker, with, z};
+use nalgebra::SMatrix;
+
+const COUNTER_UAS: &[u8] = include_bytes!("../models/recursive-counter-uas.bnkf");
+const BNKF: &[u8] = include_bytes!("../models/bnkf.bnkf");
+const BNKFE: &[u8] = include_bytes!("../models/bnkfe.bnkf");
+const EVERY: [&[u8]; 4] = [RECURSIVE, COUNTER_UAS, BNKF, BNKFE];
+
+/// Finite, symmetric, and positive definite for single and double precision.
+fn assert_sound(estimate: &Estimate) {
+    assert!(estimate.position_m.iter().all(|x| x.is_finite()));
+    assert!(estimate.nis.is_finite() && estimate.nis >= 0.0);
+    let block = SMatrix::<f32, 3, 3>::from_fn(|i, j| estimate.covariance_m2[i][j]);
+    assert!(
+        block == block.transpose() && block.cholesky().is_some(),
+        "{block}"
+    );
+    assert!(block.map(f64::from).cholesky().is_some(), "{block}");
+    if let Some(motion) = &estimate.motion {
+        let full = SMatrix::<f32, 9, 9>::from_fn(|i, j| motion.covariance[i][j]);
+        assert!(
+            full == full.transpose() && full.cholesky().is_some(),
+            "{full}"
+        );
+        assert!(full.map(f64::from).cholesky().is_some(), "{full}");
+        let vectors = motion.velocity_mps.iter().chain(&motion.acceleration_mps2);
+        assert!(vectors.into_iter().all(|x| x.is_finite()));
+    }
+}
+
+/// Root of the trace of the covariance of the position, m.
+fn sigma(estimate: &Estimate) -> f32 {
+    (0..3)
+        .map(|i| estimate.covariance_m2[i][i])
+        .sum::<f32>()
+        .sqrt()
+}
 
 #[test]
 fn a_target_at_any_elevation_is_tracked() {

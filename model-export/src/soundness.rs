@@ -46,8 +46,8 @@ pub fn is_definite(estimate: &Estimate) -> bool {
 }
 
 /// Whether mode and time say what happened: a coast coasts, a step does not; a rejected measurement
-/// lay outside the gate, a suspect's at least, and one that was tracked with did not; only a first track is started from
-/// nothing; and without a measurement doubt grows.
+/// lay outside the gate, a suspect's at least, and one that was tracked with did not; only a first track
+/// is started from nothing; and without a measurement doubt grows.
 #[must_use]
 pub fn is_true(call: &Call, estimate: &Estimate, before: Option<&Estimate>) -> bool {
     is_doubt_true(estimate) && is_mode_true(call, estimate, before)

@@ -34,9 +34,9 @@ const CLOSE: f32 = 4.0;
 const STRAIGHT: f32 = 0.8;
 /// Sigma of an azimuth, rad, of which three are those 37 degrees: a blunter one is far aside by chance.
 const SHARP_RAD: f32 = 0.21;
-/// Variance of a prediction beside that of a measured place from which on the place says something; below, single precision
-/// would lose the prediction in it.
-const SAYS_NOTHING: f32 = 0.01;
+/// The least variance of a prediction that is seen far aside, beside that of the measured place: below, the place says
+/// nothing, and single precision would lose the prediction in it.
+const SHARPEST: f32 = 0.01;
 /// Largest speed, m/s, and acceleration, m/s^2, of a state that means anything: ten times what a
 /// measurement can say.
 const SPEED_MAX_MPS: f32 = 1e5;
@@ -144,11 +144,11 @@ impl Target {
     /// Takes its place, as the sensor sees it that its position counts from, from a whole measurement whose angles have
     /// no slope that holds. Either the prediction is blind: unsure by more than its distance from the sensor's vertical
     /// axis, and by more than twice what the measurement and the population leave. Or it is unsure by half that distance
-    /// and seen far aside from somewhere else than by the latest sensor, at `before_m`, further away than it is unsure: as by
-    /// a second radar where the first one's range was a guess. The curvature would outweigh every such measurement, and the track would never find back. The measurement
-    /// is then a position (Kalman 1960), which tells of velocity and acceleration what they have to do with the
-    /// prediction's, and its range-rate alone is left. Returns the normalised innovation squared of the place, `None` for
-    /// any other target; at the gate or beyond nothing was taken.
+    /// and seen far aside from a place that is further from the latest sensor's (`before_m`, m) than it is unsure: as by a
+    /// second radar where the first one's range was a guess. The curvature would outweigh every such measurement, and the
+    /// track would never find back. The measurement is then a position (Kalman 1960), which tells of velocity and
+    /// acceleration what they have to do with the prediction's, and its range-rate alone is left. Returns the normalised
+    /// innovation squared of the place, `None` for any other target; at the gate or beyond nothing was taken.
     // Off the stack before the correction.
     #[inline(never)]
     pub fn relocate(
@@ -174,8 +174,8 @@ impl Target {
         }
         let (place_m, place_m2) = place(vectors, population);
         let measured_m2 = place_m2[0][0] + place_m2[1][1] + place_m2[2][2];
-        let least_m2 = if aside { SAYS_NOTHING } else { BLUNTER } * measured_m2;
-        if unsure_m2 <= least_m2 {
+        let least = if aside { SHARPEST } else { BLUNTER };
+        if unsure_m2 <= least * measured_m2 {
             return None;
         }
         let mut both = place_m2;
@@ -196,8 +196,8 @@ impl Target {
         for channel in 0..3 {
             vectors.miss(channel);
         }
-        // From the place, which is surer or not much less sure, the prediction takes off; from the prediction's velocity and
-        // acceleration the place takes what they have in common.
+        // Kalman's step written from the place, which is mostly the surer one and loses fewer digits so; from the
+        // prediction's velocity and acceleration the place takes what they have in common.
         let mut taken = [[0.0; 3]; 9];
         for (row, taken) in taken.iter_mut().enumerate() {
             let common = match place_m2.get(row) {

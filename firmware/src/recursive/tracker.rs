@@ -26,6 +26,7 @@ use crate::workspace::Workspace;
 
 /// Longest time that one schedule is used for, s; longer gaps are predicted in equal parts.
 pub(super) const INTERVAL_MAX_S: f32 = 0.25;
+
 /// Deviations that a candidate made of measurements that were used must be away from the track to take
 /// over: nearer than that it is the same target, under a sensor that is worse than it says.
 const APART: f32 = 3.0;

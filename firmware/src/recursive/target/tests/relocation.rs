@@ -174,6 +174,14 @@ fn what_is_a_little_aside_is_corrected() {
     assert!(!from(target, 0.0, HERE));
     assert!(!from(target, 0.0, [0.0, 10.0, 0.0]));
     assert!(from(target, 0.0, [0.0, 11.0, 0.0]));
+    // A place so blunt that the prediction would be lost in it.
+    let mut far = Vectors::from(&Measurement {
+        range: sensed(5e4, 5e3),
+        ..seen
+    });
+    let (mut lost, before) = (target, far);
+    assert_eq!(lost.relocate(&mut far, &population(), THERE), None);
+    assert_eq!(far, before);
     // An azimuth so blunt is far aside by chance.
     assert!(seen_at(target, sensed(-0.3, 0.2), THERE));
     assert!(!seen_at(target, sensed(-0.3, 0.22), THERE));
