@@ -123,6 +123,24 @@ fn a_blind_track_of_another_velocity_starts_anew() {
     assert_overhead(&estimate);
 }
 
+/// The wide gate alone is asked after a place was taken: the tighter one would throw the track away.
+#[test]
+fn a_blind_track_with_a_suspect_range_rate_goes_on() {
+    let bytes = constant([0.0; OUTPUTS]).bytes();
+    let goes_on = |range_rate: f32| {
+        let (mut tracker, mut seen) = blind(&bytes);
+        seen.range_rate = Some(Sensed {
+            value: range_rate,
+            sigma: 0.1,
+        });
+        let estimate = tracker.step(&seen, false).expect("an estimate");
+        estimate.mode == Mode::Tracking
+            && estimate.doubt.outlier >= SUSPECT
+            && (20.0..64.0).contains(&estimate.nis)
+    };
+    assert!((0..300).any(|range_rate| goes_on(range_rate as f32)));
+}
+
 /// Coasting ends where nothing is known any more, and a reset forgets the track and the numbers.
 #[test]
 fn a_lost_track_and_a_reset_one_are_gone() {
