@@ -3,12 +3,11 @@
 //! The network's noise densities are right for most steps of most targets. Now and then a target
 //! bursts or jumps, or a reading is wrong: latent biases of the densities and of the sensor's
 //! variance, drawn anew at every step from a prior with heavy tails, of which the blob holds a few
-//! values and their probabilities. Every measurement is tried under each. Without a range-rate a
-//! manoeuvre counts for what it explains better than the network's own noise
-//! ([`Mixture::evidence`]); but for that the posterior is exact given the Gaussian before, and the
-//! Gaussians after are merged by their moments (first-order generalised pseudo-Bayes; Bar-Shalom, Li and
-//! Kirubarajan 2001, section 11.6.4). How often each occurs is learned for each target: a Dirichlet
-//! prior, updated by soft counts.
+//! values and their probabilities. Every measurement is tried under each. A manoeuvre counts for what it
+//! explains better than the network's own noise ([`Mixture::evidence`]); but for that the posterior is exact
+//! given the Gaussian before, and the Gaussians after are merged by their moments (first-order generalised
+//! pseudo-Bayes; Bar-Shalom, Li and Kirubarajan 2001, section 11.6.4). How often each occurs is learned for
+//! each target: a Dirichlet prior, updated by soft counts.
 //!
 //! [`Mixture::evidence`]: super::mixture::Mixture::evidence
 
@@ -25,6 +24,10 @@ pub const OUTLIER: usize = HYPOTHESES - 1;
 /// network sees it: a manoeuvre that nobody expected begins like a wrong reading.
 pub const OFTEN_WRONG: f64 = 0.05;
 
+/// The most white acceleration that a manoeuvre can have, m^2/s^3: 17 m/s in a tenth of a second. Where a sensor is blunt
+/// the network's own noise is what it cannot see, of which a manoeuvre is no multiple.
+pub const ACCELERATION_MAX: f64 = 3e3;
+
 /// Manoeuvres that the network did not expect.
 const MANOEUVRES: usize = HYPOTHESES - 2;
 
@@ -35,7 +38,7 @@ pub struct Manoeuvre<S> {
     pub prior: S,
     /// Multiplies the densities of white jerk.
     pub jerk: S,
-    /// Multiplies the densities of white acceleration.
+    /// Multiplies the densities of white acceleration; what that adds nears [`ACCELERATION_MAX`].
     pub acceleration: S,
     /// Multiplies the density of white velocity.
     pub velocity: S,
@@ -77,16 +80,21 @@ impl Hypotheses<f64> {
         outlier: 3e-3,
         outlier_variance: 403.4,
     };
-    /// Those that the model of the paper's volume is shipped with: jumps are more frequent, and a target's own
-    /// frequencies are learned sooner.
+    /// Those that the model of the paper's volume is shipped with: jumps are more frequent, a target's own
+    /// frequencies are learned sooner, and no manoeuvre moves a target at once.
     pub const PAPER: Self = {
         let [burst, jump] = Self::DRONE.manoeuvres;
         Self {
-            confidence: 30.0,
+            confidence: 5.0,
             manoeuvres: [
-                burst,
                 Manoeuvre {
-                    prior: 2e-3,
+                    acceleration: 100.0,
+                    velocity: 1.0,
+                    ..burst
+                },
+                Manoeuvre {
+                    prior: 6e-3,
+                    velocity: 1.0,
                     ..jump
                 },
             ],
@@ -123,16 +131,11 @@ impl<S: Scalar> Hypotheses<S> {
 
     /// Densities that a step without a measurement is expected to have beyond `nominal`.
     pub fn expected(&self, odds: &[S; HYPOTHESES], nominal: &Densities<S>) -> Densities<S> {
-        let one = S::constant(1.0);
-        let mut beyond = [S::constant(0.0); 3];
-        for (m, &odds) in self.manoeuvres.iter().zip(&odds[NOMINAL + 1..]) {
-            let more = [m.jerk, m.acceleration, m.velocity];
-            for (sum, more) in beyond.iter_mut().zip(more) {
-                *sum = *sum + odds * (more - one);
-            }
-        }
-        let [jerk, acceleration, velocity] = beyond;
-        nominal.scaled(jerk, acceleration, velocity)
+        let [burst, jump] = [0, 1].map(|k| {
+            let odds = odds[NOMINAL + 1 + k];
+            self.manoeuvres[k].extra(nominal).scaled(odds, odds, odds)
+        });
+        burst.plus(&jump)
     }
 }
 
@@ -140,11 +143,14 @@ impl<S: Scalar> Manoeuvre<S> {
     /// Densities that a step of this manoeuvre has beyond `nominal`.
     pub fn extra(&self, nominal: &Densities<S>) -> Densities<S> {
         let one = S::constant(1.0);
-        nominal.scaled(
+        let most = S::constant(ACCELERATION_MAX);
+        let mut extra = nominal.scaled(
             self.jerk - one,
             self.acceleration - one,
             self.velocity - one,
-        )
+        );
+        extra.acceleration = extra.acceleration.map(|more| more / (one + more / most));
+        extra
     }
 }
 
@@ -163,6 +169,28 @@ mod tests {
         let odds = H.odds(&[60.0, 40.0, 0.0, 0.0]);
         assert!((odds[1] - 40.5 / 200.0).abs() < 1e-12);
         assert!((odds.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+    }
+
+    /// Its multiple of what the network expects, as far as targets go.
+    #[test]
+    fn a_manoeuvre_is_no_more_than_a_target_can_do() {
+        let [_, jump] = H.manoeuvres;
+        let extra = |acceleration: f64| {
+            let nominal = Densities {
+                jerk: [2.0; 3],
+                acceleration: [acceleration; 3],
+                velocity: 0.1,
+            };
+            jump.extra(&nominal)
+        };
+        let sharp = extra(1e-5);
+        assert!((sharp.acceleration[0] / 0.0298 - 1.0).abs() < 1e-4);
+        assert!((sharp.jerk[1] - 2.0 * 53.6).abs() < 1e-12);
+        assert!((sharp.velocity - 0.1 * 53.6).abs() < 1e-12);
+        let even = extra(ACCELERATION_MAX / 2980.0);
+        assert!((even.acceleration[1] / ACCELERATION_MAX - 0.5).abs() < 1e-12);
+        let blunt = extra(1e6);
+        assert!((blunt.acceleration[2] / ACCELERATION_MAX - 1.0).abs() < 1e-5);
     }
 
     #[test]

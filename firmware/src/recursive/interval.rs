@@ -17,9 +17,6 @@ use crate::scalar::Scalar;
 /// have been too blunt to.
 const STEP_MIN_S: f64 = 0.05;
 
-/// Where the range-rate stands in a measurement's vectors.
-const RANGE_RATE: usize = 3;
-
 /// What a correction needs to know of the prediction before it.
 #[derive(Clone, Copy, Debug)]
 pub struct Interval<S> {
@@ -77,7 +74,6 @@ impl<S: Scalar> Interval<S> {
         mixture.begin(NOMINAL, odds[NOMINAL]);
         let time_s = (self.coast_s + self.dt_s).max(S::constant(STEP_MIN_S));
         let unseen = self.unseen();
-        let one = S::constant(1.0);
         // One place for all of them: each would weigh on the stack.
         let mut part = Corrected::new();
         for (number, manoeuvre) in (NOMINAL + 1..).zip(&hypotheses.manoeuvres) {
@@ -85,9 +81,7 @@ impl<S: Scalar> Interval<S> {
             let extra = manoeuvre.extra(&unseen);
             add_noise(&mut part.covariance, &self.sight, &extra, time_s);
             correct(&mut part, vectors, self.sensor_scale);
-            // A range-rate tells a manoeuvre sooner or later, and until then its odds stand.
-            let told = vectors.present[RANGE_RATE];
-            let counts = told + (one - told) * mixture.evidence(&part);
+            let counts = mixture.evidence(&part);
             mixture.join(number, odds[number] * counts, &part);
         }
         let blunt = |scale| scale * hypotheses.outlier_variance;
@@ -132,19 +126,34 @@ mod tests {
     /// Every hypothesis by itself: its own process noise, the outlier's own sensor.
     #[test]
     fn weighing_corrects_under_every_hypothesis() {
-        assert_weighed(0.0, 1.0, 1.0);
+        assert_weighed(0.0, 1.0);
     }
 
-    /// Without a range-rate a manoeuvre counts for what it explains better.
+    /// A measurement as expected says nothing for a manoeuvre, whose noise would widen what is known.
     #[test]
-    fn a_manoeuvre_that_no_range_rate_shows_counts_by_its_evidence() {
-        assert_weighed(0.0, 1.0, 0.0);
+    fn a_manoeuvre_that_explains_nothing_better_counts_for_nothing() {
+        let interval = interval(0.0);
+        let vectors = Vectors::whole(expected(), [0.05, 0.04, 2.0, 0.3]);
+        let mut mixture = Mixture::before(&STATE, &covariance());
+        let odds = [0.4, 0.3, 0.2, 0.1];
+        let hypotheses = &Hypotheses::DRONE;
+        interval.weigh(
+            &STATE,
+            &covariance(),
+            &vectors,
+            hypotheses,
+            &odds,
+            &mut mixture,
+        );
+        let [_, burst, jump, outlier] = mixture.shares;
+        assert!(burst < 1e-20 && jump < 1e-20, "{burst} {jump}");
+        assert!(outlier > 1e-6, "an outlier is a matter of odds: {outlier}");
     }
 
     /// After three more steps it may have been at work in all four, at half the density.
     #[test]
     fn a_manoeuvre_may_have_been_in_the_gap() {
-        assert_weighed(0.6, 4.0, 1.0);
+        assert_weighed(0.6, 4.0);
     }
 
     /// At the time of another reading, which may have been too blunt to see it.
@@ -201,13 +210,12 @@ mod tests {
         }
     }
 
-    fn assert_weighed(coast_s: f64, steps: f64, range_rate: f64) {
+    fn assert_weighed(coast_s: f64, steps: f64) {
         let interval = interval(coast_s);
         let hypotheses = Hypotheses::DRONE;
         let mut measured = expected();
         measured[2] += 12.0;
-        let mut vectors = Vectors::whole(measured, [0.05, 0.04, 2.0, 0.3]);
-        vectors.present[RANGE_RATE] = range_rate;
+        let vectors = Vectors::whole(measured, [0.05, 0.04, 2.0, 0.3]);
         let odds = [0.4, 0.3, 0.2, 0.1];
         let mut got = Mixture::before(&STATE, &covariance());
         let whitened = interval.weigh(
@@ -221,13 +229,9 @@ mod tests {
         let widened = |k: usize, time_s: f64, steps: f64| {
             let mut wider = covariance();
             if let Some(manoeuvre) = hypotheses.manoeuvres.get(k.wrapping_sub(1)) {
-                let noise = interval.noise.scaled(
-                    manoeuvre.jerk - 1.0,
-                    manoeuvre.acceleration - 1.0,
-                    manoeuvre.velocity - 1.0,
-                );
                 let part = steps.sqrt().recip();
-                let noise = noise.scaled(part, part, part);
+                let unseen = interval.noise.scaled(part, part, part);
+                let noise = manoeuvre.extra(&unseen);
                 add_noise(&mut wider, &interval.sight, &noise, time_s);
             }
             wider
@@ -243,7 +247,7 @@ mod tests {
         let raw: [f64; HYPOTHESES] = core::array::from_fn(|k| {
             let worse = likelihood(NOMINAL) / likelihood(k);
             let is_manoeuvre = k != NOMINAL && k != OUTLIER;
-            let counts = if is_manoeuvre && range_rate == 0.0 {
+            let counts = if is_manoeuvre {
                 1.0 - worse.powi(4)
             } else {
                 1.0

@@ -2,9 +2,11 @@
 
 use super::elsewhere::Elsewhere;
 use super::recorded_clock::recorded_clock;
+use super::sensor::BLUNT_MPS;
 use crate::flights::agile;
 use crate::flights::flight::{Flight, Sample};
 use crate::flights::volume::Volume;
+use crate::radar::noise::NoiseSigmas;
 use crate::random_source::RandomSource;
 use serde::{Deserialize, Serialize};
 
@@ -31,6 +33,10 @@ pub struct Augmentation {
     pub haste_share: f64,
     /// Largest haste.
     pub haste_max: f64,
+    /// What the shares of agile and hasty flights are multiplied with under a blunt sensor ([`BLUNT_MPS`]): a network that
+    /// cannot tell them from others learns to be as unsure of all.
+    #[serde(default = "whole", skip_serializing_if = "is_whole")]
+    pub under_blunt: f64,
     /// Share of flights that are put anywhere around the radar, not only inside the volume.
     pub elsewhere_share: f64,
     /// Where that is.
@@ -48,6 +54,15 @@ fn is_nothing(spread: &[f64; 2]) -> bool {
     *spread == [0.0; 2]
 }
 
+/// Of recipes that do not name it.
+fn whole() -> f64 {
+    1.0
+}
+
+fn is_whole(factor: &f64) -> bool {
+    *factor == whole()
+}
+
 /// Fewest steps of a training flight.
 const STEPS_MIN: usize = 40;
 
@@ -63,6 +78,7 @@ impl Augmentation {
         agile_share: 0.16,
         haste_share: 0.1,
         haste_max: 4.0,
+        under_blunt: 1.0,
         elsewhere_share: 0.12,
         elsewhere: Elsewhere {
             range_m: [6.0, 95.0],
@@ -72,10 +88,12 @@ impl Augmentation {
         kept_spread: [0.0; 2],
     };
 
-    /// What the training of the shipped model ended with: more that is fast, less that is elsewhere.
+    /// What the training of the shipped model ended with: more that is fast, but for blunt sensors, less that is
+    /// elsewhere.
     pub const END: Self = Self {
         agile_share: 0.2,
         haste_share: 0.3,
+        under_blunt: 0.3,
         elsewhere_share: 0.07,
         ..Self::DEFAULT
     };
@@ -92,6 +110,25 @@ impl Augmentation {
         elsewhere_share: 0.0,
         ..Self::DEFAULT
     };
+
+    /// Whether how flights are changed depends on what measures them.
+    pub fn asks_for_noise(&self) -> bool {
+        !is_whole(&self.under_blunt)
+    }
+
+    /// How flights that a sensor of this noise measures are changed.
+    pub fn under(&self, noise: &NoiseSigmas) -> Self {
+        let factor = if noise.range_rate_mps > BLUNT_MPS {
+            self.under_blunt
+        } else {
+            1.0
+        };
+        Self {
+            agile_share: factor * self.agile_share,
+            haste_share: factor * self.haste_share,
+            ..*self
+        }
+    }
 
     /// Takes up to `steps` samples, `interval_s` apart, somewhere from `flight`.
     pub fn draw(

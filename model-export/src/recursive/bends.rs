@@ -181,7 +181,8 @@ mod tests {
                 samples: (0..150).map(sample).collect(),
             };
             let mut random = RandomSource::new(3, &[lane]);
-            let readings = sensor.readings(&flight, 3, &mut random);
+            let noise = sensor.draw_noise(&mut random);
+            let readings = sensor.readings(noise, &flight, 3, &mut random);
             (flight, readings)
         };
         (0..4).map(meeting).collect()

@@ -188,22 +188,40 @@ impl Recipe {
         let mut random =
             RandomSource::new(self.seed, &[name_id("encounter"), episode, lane as u64]);
         let flight = &flights[random.below(flights.len())];
-        let samples =
-            self.augmentation
-                .draw(flight, &self.volume, self.samples, INTERVAL_S, &mut random);
+        let draw = |augmentation: &Augmentation, random: &mut RandomSource| {
+            augmentation.draw(flight, &self.volume, self.samples, INTERVAL_S, random)
+        };
+        // A sensor that must be known before the flight has a stream of its own: those of other trainings stay what they
+        // were.
+        let (samples, noise) = if self.augmentation.asks_for_noise() {
+            let parts = [name_id("sensor"), episode, lane as u64];
+            let mut sensed = RandomSource::new(self.seed, &parts);
+            let noise = self.sensor.draw_noise(&mut sensed);
+            let samples = draw(&self.augmentation.under(&noise), &mut random);
+            random = sensed;
+            (samples, noise)
+        } else {
+            let samples = draw(&self.augmentation, &mut random);
+            (samples, self.sensor.draw_noise(&mut random))
+        };
         let changed = Flight {
             name: format!("{episode}/{lane}"),
             source: flight.source.clone(),
             samples,
         };
-        let readings = self.sensor.readings(&changed, self.seed, &mut random);
+        let readings = self
+            .sensor
+            .readings(noise, &changed, self.seed, &mut random);
         (changed, readings)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::sensor::BLUNT_MPS;
     use super::*;
+    use crate::flights::flight::Sample;
+    use crate::flights::generator::{GeneratorSettings, generate};
 
     /// What goes on and what is tuned meets what training ends with; a counter-UAS model what it always met.
     #[test]
@@ -222,11 +240,57 @@ mod tests {
         assert_eq!(other.augmentation, Recipe::COUNTER_UAS.augmentation);
     }
 
+    /// Under a factor of zero blunt sensors meet no agile flight; others meet nothing else.
+    #[test]
+    fn blunt_sensors_meet_calmer_flights() {
+        let flights = generate(&GeneratorSettings {
+            flights: 3,
+            ..GeneratorSettings::default()
+        })
+        .unwrap();
+        let recipe = Recipe {
+            augmentation: Augmentation {
+                agile_share: 1.0,
+                under_blunt: 0.0,
+                ..Augmentation::STILL
+            },
+            sensor: Sensor::PAPER.faultless(),
+            ..Recipe::DEFAULT
+        };
+        let hardest = |flight: &Flight| {
+            let change = |pair: &[Sample]| {
+                let dt_s = pair[1].time_s - pair[0].time_s;
+                let change =
+                    |axis| (pair[1].velocity_mps[axis] - pair[0].velocity_mps[axis]) / dt_s;
+                [0, 1, 2]
+                    .map(change)
+                    .map(f64::abs)
+                    .into_iter()
+                    .fold(0.0, f64::max)
+            };
+            flight.samples.windows(2).map(change).fold(0.0, f64::max)
+        };
+        let (mut calm, mut agile): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
+        for lane in 0..60 {
+            let (flight, readings) = recipe.meeting(&flights, 1, lane);
+            let sigma = readings[0].expect("a first one").sigma_range_rate_mps;
+            let of = if sigma > BLUNT_MPS {
+                &mut calm
+            } else {
+                &mut agile
+            };
+            of.push(hardest(&flight));
+        }
+        assert!(calm.len() > 10 && agile.len() > 20);
+        let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
+        assert!(mean(&agile) > 2.0 * mean(&calm), "{agile:?} {calm:?}");
+    }
+
     /// Recipes of before, which name no blob, are read.
     #[test]
     fn a_recipe_without_a_blob_to_go_on_from_says_nothing_of_it() {
         let text = serde_json::to_string(&Recipe::DEFAULT).unwrap();
-        assert!(!text.contains("from"));
+        assert!(!text.contains("from") && !text.contains("blunt"));
         assert_eq!(
             serde_json::from_str::<Recipe>(&text).unwrap(),
             Recipe::DEFAULT

@@ -28,6 +28,9 @@ pub struct Sensor {
     pub missing_share: f64,
 }
 
+/// Sigma of a range-rate above which a sensor is blunt, m/s: between the paper's medium and high noise.
+pub const BLUNT_MPS: f64 = 0.3;
+
 /// Radars that are alike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -78,14 +81,14 @@ impl Sensor {
         }
     }
 
-    /// One draw of the sensor and its readings of `flight`; `seed` gives the readings' noise.
+    /// Readings of `flight` by a sensor of this noise, whose rest is drawn; `seed` gives the readings' noise.
     pub fn readings(
         &self,
+        noise: NoiseSigmas,
         flight: &Flight,
         seed: u64,
         random: &mut RandomSource,
     ) -> Vec<Option<Reading>> {
-        let noise = self.draw_noise(random);
         let rate = match self.family {
             Family::Paper => SamplingRate::ALL[random.below(3)],
             Family::CounterUas => SamplingRate::FULL,
@@ -150,7 +153,8 @@ impl Sensor {
         readings
     }
 
-    fn draw_noise(&self, random: &mut RandomSource) -> NoiseSigmas {
+    /// The noise of one sensor.
+    pub fn draw_noise(&self, random: &mut RandomSource) -> NoiseSigmas {
         let between = |random: &mut RandomSource, low: f64, high: f64| {
             random.uniform(low.ln(), high.ln()).exp()
         };
@@ -256,7 +260,10 @@ mod tests {
             readings.iter().flatten().count() as f64 / readings.len() as f64
         };
         (0..200)
-            .map(|_| share(sensor.readings(flight, 1, &mut random)))
+            .map(|_| {
+                let noise = sensor.draw_noise(&mut random);
+                share(sensor.readings(noise, flight, 1, &mut random))
+            })
             .collect()
     }
 
@@ -276,7 +283,8 @@ mod tests {
         let mut counts = [0; 4];
         let mut turns = 0;
         for _ in 0..100 {
-            let readings = sensor.readings(flight, 1, &mut random);
+            let noise = sensor.draw_noise(&mut random);
+            let readings = sensor.readings(noise, flight, 1, &mut random);
             let mut present = readings.iter().flatten().map(|r| r.vectors().present);
             let first = present.next().unwrap();
             assert_eq!(first[1], 1.0);
