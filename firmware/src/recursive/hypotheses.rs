@@ -20,13 +20,17 @@ pub const HYPOTHESES: usize = 4;
 pub const NOMINAL: usize = 0;
 /// The one under which the reading is wrong; the ones between are manoeuvres.
 pub const OUTLIER: usize = HYPOTHESES - 1;
-/// Probability of a wrong reading from which a rejected one says nothing of the target. Below it the
+/// Share of wrong readings from which a rejected one says nothing of the target. Below it the
 /// network sees it: a manoeuvre that nobody expected begins like a wrong reading.
-pub const OFTEN_WRONG: f64 = 0.05;
+const OFTEN_WRONG: f64 = 0.05;
+/// Readings that the prior counts for there at least, however soon frequencies are learned otherwise: one or two
+/// wrong readings are not often.
+const OFTEN: f64 = 30.0;
 
-/// The most white acceleration that a manoeuvre can have, m^2/s^3: 17 m/s in a tenth of a second. Where a sensor is blunt
-/// the network's own noise is what it cannot see, of which a manoeuvre is no multiple.
-pub const ACCELERATION_MAX: f64 = 3e3;
+/// Bound of the density of white acceleration that a manoeuvre adds along each axis, m^2/s^3; never reached. 17 m/s in a
+/// tenth of a second, over all the time that nobody looked. Where a sensor is blunt the network's own noise is what it
+/// cannot see, of which a manoeuvre is no multiple.
+const ACCELERATION_DENSITY_MAX: f64 = 3e3;
 
 /// Manoeuvres that the network did not expect.
 const MANOEUVRES: usize = HYPOTHESES - 2;
@@ -38,7 +42,7 @@ pub struct Manoeuvre<S> {
     pub prior: S,
     /// Multiplies the densities of white jerk.
     pub jerk: S,
-    /// Multiplies the densities of white acceleration; what that adds nears [`ACCELERATION_MAX`].
+    /// Multiplies the densities of white acceleration; what that adds stays below 3,000 m^2/s^3.
     pub acceleration: S,
     /// Multiplies the density of white velocity.
     pub velocity: S,
@@ -80,8 +84,8 @@ impl Hypotheses<f64> {
         outlier: 3e-3,
         outlier_variance: 403.4,
     };
-    /// Those that the model of the paper's volume is shipped with: jumps are more frequent, a target's own
-    /// frequencies are learned sooner, and no manoeuvre moves a target at once.
+    /// Those that the model of the paper's volume is shipped with: jumps are more frequent as a track begins, a target's
+    /// own frequencies are learned sooner, bursts are wider, and no manoeuvre moves a target at once.
     pub const PAPER: Self = {
         let [burst, jump] = Self::DRONE.manoeuvres;
         Self {
@@ -129,6 +133,14 @@ impl<S: Scalar> Hypotheses<S> {
         core::array::from_fn(|k| (self.confidence * priors[k] + counts[k]) / seen)
     }
 
+    /// How far the share of wrong readings, of a target of which `counts` were seen, stays below the one from which a
+    /// rejected reading says nothing: positive where it says something.
+    pub fn trust(&self, counts: &[S; HYPOTHESES]) -> S {
+        let prior = self.confidence.max(S::constant(OFTEN));
+        let seen = counts.iter().fold(prior, |sum, &n| sum + n);
+        S::constant(OFTEN_WRONG) * seen - (prior * self.outlier + counts[OUTLIER])
+    }
+
     /// Densities that a step without a measurement is expected to have beyond `nominal`.
     pub fn expected(&self, odds: &[S; HYPOTHESES], nominal: &Densities<S>) -> Densities<S> {
         let [burst, jump] = [0, 1].map(|k| {
@@ -143,14 +155,16 @@ impl<S: Scalar> Manoeuvre<S> {
     /// Densities that a step of this manoeuvre has beyond `nominal`.
     pub fn extra(&self, nominal: &Densities<S>) -> Densities<S> {
         let one = S::constant(1.0);
-        let most = S::constant(ACCELERATION_MAX);
-        let mut extra = nominal.scaled(
-            self.jerk - one,
-            self.acceleration - one,
-            self.velocity - one,
-        );
-        extra.acceleration = extra.acceleration.map(|more| more / (one + more / most));
-        extra
+        let most = S::constant(ACCELERATION_DENSITY_MAX);
+        let beyond = self.acceleration - one;
+        Densities {
+            jerk: nominal.jerk.map(|own| own * (self.jerk - one)),
+            acceleration: nominal.acceleration.map(|own| {
+                let more = own * beyond;
+                more / (one + more / most)
+            }),
+            velocity: nominal.velocity * (self.velocity - one),
+        }
     }
 }
 
@@ -171,6 +185,17 @@ mod tests {
         assert!((odds.iter().sum::<f64>() - 1.0).abs() < 1e-12);
     }
 
+    /// One wrong reading as a track begins is not often, nor are three in thirty; two in a few and four in thirty are.
+    #[test]
+    fn one_wrong_reading_is_not_often() {
+        let hypotheses = Hypotheses::PAPER;
+        let trusts = |right: f64, wrong: f64| hypotheses.trust(&[right, 0.0, 0.0, wrong]) > 0.0;
+        assert!(trusts(0.0, 0.0) && trusts(0.0, 1.0) && trusts(29.0, 3.0));
+        assert!(!trusts(0.0, 2.0) && !trusts(5.0, 2.0) && !trusts(29.0, 4.0));
+        // Frequencies that are learned later are trusted longer.
+        assert!(H.trust(&[0.0, 0.0, 0.0, 4.0]) > 0.0 && H.trust(&[0.0, 0.0, 0.0, 6.0]) < 0.0);
+    }
+
     /// Its multiple of what the network expects, as far as targets go.
     #[test]
     fn a_manoeuvre_is_no_more_than_a_target_can_do() {
@@ -187,10 +212,10 @@ mod tests {
         assert!((sharp.acceleration[0] / 0.0298 - 1.0).abs() < 1e-4);
         assert!((sharp.jerk[1] - 2.0 * 53.6).abs() < 1e-12);
         assert!((sharp.velocity - 0.1 * 53.6).abs() < 1e-12);
-        let even = extra(ACCELERATION_MAX / 2980.0);
-        assert!((even.acceleration[1] / ACCELERATION_MAX - 0.5).abs() < 1e-12);
+        let even = extra(ACCELERATION_DENSITY_MAX / 2980.0);
+        assert!((even.acceleration[1] / ACCELERATION_DENSITY_MAX - 0.5).abs() < 1e-12);
         let blunt = extra(1e6);
-        assert!((blunt.acceleration[2] / ACCELERATION_MAX - 1.0).abs() < 1e-5);
+        assert!((blunt.acceleration[2] / ACCELERATION_DENSITY_MAX - 1.0).abs() < 1e-5);
     }
 
     #[test]

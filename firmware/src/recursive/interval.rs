@@ -3,7 +3,7 @@
 
 use super::correction::correct;
 use super::densities::Densities;
-use super::hypotheses::{HYPOTHESES, Hypotheses, NOMINAL, OUTLIER};
+use super::hypotheses::{HYPOTHESES, Hypotheses, Manoeuvre, NOMINAL, OUTLIER};
 use super::mixture::Mixture;
 use super::motion::add_noise;
 use super::sight::LineOfSight;
@@ -35,6 +35,8 @@ pub struct Interval<S> {
 
 impl<S: Scalar> Interval<S> {
     /// Adds what is expected beyond the network's noise, for a step without a measurement.
+    // Its densities would weigh on the stack of the network.
+    #[inline(never)]
     pub fn doubt(
         &self,
         covariance: &mut Covariance<S>,
@@ -50,12 +52,16 @@ impl<S: Scalar> Interval<S> {
         S::constant(1.0) + self.coast_s / self.dt_s.max(S::constant(STEP_MIN_S))
     }
 
-    /// The network's noise as a manoeuvre multiplies it, over all the time since the last measurement. One of a
+    /// Adds what a manoeuvre has beyond the network's noise, over all the time since the last measurement. One of a
     /// single step, at any of `n`, has an n-th of the density over all of them in the mean, one that goes on
-    /// has all of it; the root is between.
-    fn unseen(&self) -> Densities<S> {
+    /// has all of it; the root is between. The bound of what it adds is not divided.
+    // Its densities would weigh on the stack of the correction.
+    #[inline(never)]
+    fn widen(&self, covariance: &mut Covariance<S>, manoeuvre: &Manoeuvre<S>) {
+        let time_s = (self.coast_s + self.dt_s).max(S::constant(STEP_MIN_S));
         let part = S::constant(1.0) / self.steps().sqrt();
-        self.noise.scaled(part, part, part)
+        let extra = manoeuvre.extra(&self.noise.scaled(part, part, part));
+        add_noise(covariance, &self.sight, &extra, time_s);
     }
 
     /// Corrects a predicted state under every hypothesis and merges what comes of it in `mixture`, which
@@ -72,14 +78,11 @@ impl<S: Scalar> Interval<S> {
     ) -> [S; 4] {
         let whitened = correct(&mut mixture.corrected, vectors, self.sensor_scale);
         mixture.begin(NOMINAL, odds[NOMINAL]);
-        let time_s = (self.coast_s + self.dt_s).max(S::constant(STEP_MIN_S));
-        let unseen = self.unseen();
         // One place for all of them: each would weigh on the stack.
         let mut part = Corrected::new();
         for (number, manoeuvre) in (NOMINAL + 1..).zip(&hypotheses.manoeuvres) {
             part.begin(state, covariance);
-            let extra = manoeuvre.extra(&unseen);
-            add_noise(&mut part.covariance, &self.sight, &extra, time_s);
+            self.widen(&mut part.covariance, manoeuvre);
             correct(&mut part, vectors, self.sensor_scale);
             let counts = mixture.evidence(&part);
             mixture.join(number, odds[number] * counts, &part);

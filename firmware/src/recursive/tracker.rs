@@ -6,7 +6,6 @@ use super::candidate::{AGREEING, Candidate, Verdict};
 use super::correction::{GATE_NIS, correct_soundly};
 use super::envelope::SILENCE_MAX_S;
 use super::foresight::AHEAD_S;
-use super::hypotheses::{OFTEN_WRONG, OUTLIER};
 use super::interval::Interval;
 use super::memory::NOTES;
 use super::mixture::{Mixture, SUSPECT};
@@ -198,7 +197,7 @@ impl Recursive<'_, '_> {
             } else {
                 mixture.passes_gate()
             };
-            if passed || odds[OUTLIER] < OFTEN_WRONG as f32 {
+            if passed || hypotheses.trust(&target.memory.counts) > 0.0 {
                 let whitened = whitened.map(|y| y.clamp(-WHITENED_MAX, WHITENED_MAX));
                 target.memory.measured(whitened, &vectors);
             } else {

@@ -8,7 +8,7 @@ use bnkf::measurement::Vectors;
 use bnkf::recursive::correction::{GATE_NIS, correct};
 use bnkf::recursive::factor::Factor;
 use bnkf::recursive::features::{FEATURES, features};
-use bnkf::recursive::hypotheses::{NOMINAL, OFTEN_WRONG, OUTLIER};
+use bnkf::recursive::hypotheses::{NOMINAL, OUTLIER};
 use bnkf::recursive::interval::Interval;
 use bnkf::recursive::mixture::Mixture;
 use bnkf::recursive::motion::predict;
@@ -141,7 +141,7 @@ pub fn advance<S: Scalar>(
     seen.measured(whitened, &vectors);
     unseen.missed();
     // What is rejected is seen unless the sensor is often wrong.
-    let trusted = (S::constant(OFTEN_WRONG) - odds[OUTLIER]).step();
+    let trusted = hypotheses.trust(&carry.memory.counts).step();
     let shown = used + (measured - used) * trusted;
     let blend = |unseen: [S; MEASUREMENT], seen: [S; MEASUREMENT]| {
         core::array::from_fn(|i| between(unseen[i], seen[i], shown))
