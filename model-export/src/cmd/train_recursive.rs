@@ -39,7 +39,8 @@ pub struct RecursiveArgs {
     #[arg(long, value_enum, default_value_t = Scenario::Paper)]
     scenario: Scenario,
     /// Goes on with the training of this blob, whose unrounded weights lie beside it, as the training
-    /// of the shipped model ended: fewer faults of the sensor, fewer flights from elsewhere
+    /// of the shipped model ended: fewer faults of the sensor, fewer flights from elsewhere, more fast
+    /// ones but for blunt sensors
     #[arg(long, value_name = "BLOB", conflicts_with_all = ["scenario", "sampling"])]
     from: Option<PathBuf>,
     /// Batches of new flights; the learning rate reaches zero after the last [default: the

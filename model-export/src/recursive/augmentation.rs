@@ -2,7 +2,6 @@
 
 use super::elsewhere::Elsewhere;
 use super::recorded_clock::recorded_clock;
-use super::sensor::BLUNT_MPS;
 use crate::flights::agile;
 use crate::flights::flight::{Flight, Sample};
 use crate::flights::volume::Volume;
@@ -33,8 +32,8 @@ pub struct Augmentation {
     pub haste_share: f64,
     /// Largest haste.
     pub haste_max: f64,
-    /// What the shares of agile and hasty flights are multiplied with under a blunt sensor ([`BLUNT_MPS`]): a network that
-    /// cannot tell them from others learns to be as unsure of all.
+    /// Factor, 0 to 1, on the shares of agile and hasty flights under a blunt sensor ([`BLUNT_RANGE_RATE_MPS`]): a network
+    /// that cannot tell them from others learns to be as unsure of all.
     #[serde(default = "whole", skip_serializing_if = "is_whole")]
     pub under_blunt: f64,
     /// Share of flights that are put anywhere around the radar, not only inside the volume.
@@ -49,12 +48,12 @@ pub struct Augmentation {
     pub kept_spread: [f64; 2],
 }
 
-/// What older recipes do not name.
+/// Whether older recipes would not name it.
 fn is_nothing(spread: &[f64; 2]) -> bool {
     *spread == [0.0; 2]
 }
 
-/// Of recipes that do not name it.
+/// The factor of recipes that name none.
 fn whole() -> f64 {
     1.0
 }
@@ -62,6 +61,10 @@ fn whole() -> f64 {
 fn is_whole(factor: &f64) -> bool {
     *factor == whole()
 }
+
+/// Sigma of the range-rate above which a sensor is blunt, m/s: between the paper's medium and high noise. It is of the
+/// noise that was drawn, whether the sensor then measures a range-rate or not.
+pub const BLUNT_RANGE_RATE_MPS: f64 = 0.3;
 
 /// Fewest steps of a training flight.
 const STEPS_MIN: usize = 40;
@@ -118,7 +121,7 @@ impl Augmentation {
 
     /// How flights that a sensor of this noise measures are changed.
     pub fn under(&self, noise: &NoiseSigmas) -> Self {
-        let factor = if noise.range_rate_mps > BLUNT_MPS {
+        let factor = if noise.range_rate_mps > BLUNT_RANGE_RATE_MPS {
             self.under_blunt
         } else {
             1.0
@@ -309,6 +312,7 @@ fn difference(samples: &mut [Sample]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::radar::noise::{NoiseLevel, NoiseTable};
 
     /// Twenty-four seconds of a level circle at 2 m/s.
     fn circle() -> Flight {
@@ -339,6 +343,19 @@ mod tests {
             assert!((sample.position_m[0] - 5.0 * c).abs() < 1e-6);
             assert!((sample.velocity_mps[1] - 2.0 * c).abs() < 1e-4, "{i}");
             assert!((sample.velocity_mps[0] + 2.0 * s).abs() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn blunt_sensors_meet_fewer_of_both_kinds() {
+        let shares = |level: NoiseLevel| {
+            let noise = level.sigmas(NoiseTable::Radians);
+            let changed = Augmentation::END.under(&noise);
+            [changed.agile_share, changed.haste_share]
+        };
+        assert_eq!(shares(NoiseLevel::Medium), [0.2, 0.3]);
+        for (got, want) in shares(NoiseLevel::High).into_iter().zip([0.06, 0.09]) {
+            assert!((got - want).abs() < 1e-12);
         }
     }
 

@@ -218,7 +218,7 @@ impl Recipe {
 
 #[cfg(test)]
 mod tests {
-    use super::super::sensor::BLUNT_MPS;
+    use super::super::augmentation::BLUNT_RANGE_RATE_MPS;
     use super::*;
     use crate::flights::flight::Sample;
     use crate::flights::generator::{GeneratorSettings, generate};
@@ -274,7 +274,7 @@ mod tests {
         for lane in 0..60 {
             let (flight, readings) = recipe.meeting(&flights, 1, lane);
             let sigma = readings[0].expect("a first one").sigma_range_rate_mps;
-            let of = if sigma > BLUNT_MPS {
+            let of = if sigma > BLUNT_RANGE_RATE_MPS {
                 &mut calm
             } else {
                 &mut agile
@@ -284,6 +284,13 @@ mod tests {
         assert!(calm.len() > 10 && agile.len() > 20);
         let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
         assert!(mean(&agile) > 2.0 * mean(&calm), "{agile:?} {calm:?}");
+    }
+
+    #[test]
+    fn a_recipe_comes_back() {
+        let recipe = Recipe::DEFAULT.going_on("sum".to_owned());
+        let text = serde_json::to_string(&recipe).unwrap();
+        assert_eq!(serde_json::from_str::<Recipe>(&text).unwrap(), recipe);
     }
 
     /// Recipes of before, which name no blob, are read.

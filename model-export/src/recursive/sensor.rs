@@ -28,9 +28,6 @@ pub struct Sensor {
     pub missing_share: f64,
 }
 
-/// Sigma of a range-rate above which a sensor is blunt, m/s: between the paper's medium and high noise.
-pub const BLUNT_MPS: f64 = 0.3;
-
 /// Radars that are alike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
