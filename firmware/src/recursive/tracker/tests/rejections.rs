@@ -1,6 +1,6 @@
 use super::super::*;
 use super::bench::{constant, measurement, near, now, parameters, started};
-use crate::recursive::hypotheses::HYPOTHESES;
+use crate::recursive::hypotheses::{HYPOTHESES, OUTLIER};
 use crate::recursive::mixture::SUSPECT_GATE_NIS;
 use crate::recursive::schedule::OUTPUTS;
 
