@@ -23,7 +23,7 @@ const MODELS: [(&str, &[u8]); 4] = [
 const INPUTS: u64 = 4;
 const TRUTH: [u16; 4] = [10_000; 4];
 /// Passes and runs of so many.
-const TRIALS: [(u16, u64); 2] = [(16, 300), (100, 80)];
+const TRIALS: [(u16, u64); 2] = [(16, 600), (100, 320)];
 
 /// Covariance of the outputs of a memoryless network, variances of those of a recursive one: what the
 /// trackers ask for.

@@ -123,8 +123,8 @@ pub const SILENCE_NEES_MAX: [[f64; 3]; 2] = [[4.5, 4.5, 4.5], [6.0, 9.0, 12.0]];
 /// And of built-in flights at least: 2.0 and more were measured, and a covariance that is twice too wide would have 1.5 or less.
 pub const SILENCE_NEES_MIN: f64 = 1.5;
 
-/// What frozen spreads add to the error of the covariance that as many exact passes have, relative. Twice as
-/// many runs measured at most 3 %, mostly 1 % or less; two runs of this size differ by 2 % by chance.
+/// What frozen spreads add to the error of the covariance that as many exact passes have, relative. Measured
+/// at most 3.7 %, mostly 1 % or less; a quarter as many runs of a hundred passes differ by 2 % by chance.
 pub const FROZEN_SPREADS: f64 = 0.05;
 
 /// Median distance of the mean of moments from that of 20,000 passes over twelve inputs, in predictive standard
