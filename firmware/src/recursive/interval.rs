@@ -103,8 +103,21 @@ mod tests {
 
     const STATE: State<f64> = [12.0, -21.0, 9.0, 1.5, -0.7, 0.4, 0.3, 0.2, -0.1];
 
+    const SIGMAS: [f64; 4] = [0.05, 0.04, 2.0, 0.3];
+    const ODDS: [f64; HYPOTHESES] = [0.4, 0.3, 0.2, 0.1];
+
     fn covariance() -> Covariance<f64> {
         spread(4)
+    }
+
+    /// What a measurement makes of the state over an interval, and its whitened innovations.
+    fn weighed(interval: &Interval<f64>, measured: [f64; 4]) -> (Mixture<f64>, [f64; 4]) {
+        let (state, covariance) = (&STATE, &covariance());
+        let vectors = Vectors::whole(measured, SIGMAS);
+        let mut mixture = Mixture::before(state, covariance);
+        let hypotheses = &Hypotheses::DRONE;
+        let whitened = interval.weigh(state, covariance, &vectors, hypotheses, &ODDS, &mut mixture);
+        (mixture, whitened)
     }
 
     fn expected() -> [f64; 4] {
@@ -135,20 +148,7 @@ mod tests {
     /// A measurement as expected says nothing for a manoeuvre, whose noise would widen what is known.
     #[test]
     fn a_manoeuvre_that_explains_nothing_better_counts_for_nothing() {
-        let interval = interval(0.0);
-        let vectors = Vectors::whole(expected(), [0.05, 0.04, 2.0, 0.3]);
-        let mut mixture = Mixture::before(&STATE, &covariance());
-        let odds = [0.4, 0.3, 0.2, 0.1];
-        let hypotheses = &Hypotheses::DRONE;
-        interval.weigh(
-            &STATE,
-            &covariance(),
-            &vectors,
-            hypotheses,
-            &odds,
-            &mut mixture,
-        );
-        let [_, burst, jump, outlier] = mixture.shares;
+        let [_, burst, jump, outlier] = weighed(&interval(0.0), expected()).0.shares;
         assert!(burst < 1e-20 && jump < 1e-20, "{burst} {jump}");
         assert!(outlier > 1e-6, "an outlier is a matter of odds: {outlier}");
     }
@@ -172,23 +172,8 @@ mod tests {
         };
         let mut measured = expected();
         measured[3] += 8.0;
-        let vectors = Vectors::whole(measured, [0.05, 0.04, 2.0, 0.3]);
-        let weighed = |interval: &Interval<f64>| {
-            let mut mixture = Mixture::before(&STATE, &covariance());
-            let odds = [0.4, 0.3, 0.2, 0.1];
-            let hypotheses = &Hypotheses::DRONE;
-            interval.weigh(
-                &STATE,
-                &covariance(),
-                &vectors,
-                hypotheses,
-                &odds,
-                &mut mixture,
-            );
-            mixture.shares
-        };
-        let shares = weighed(&at_once);
-        assert_eq!(shares, weighed(&soon));
+        let shares = weighed(&at_once, measured).0.shares;
+        assert_eq!(shares, weighed(&soon, measured).0.shares);
         assert!(
             shares[2] > 0.2,
             "a jump is likelier than before: {shares:?}"
@@ -218,17 +203,9 @@ mod tests {
         let hypotheses = Hypotheses::DRONE;
         let mut measured = expected();
         measured[2] += 12.0;
-        let vectors = Vectors::whole(measured, [0.05, 0.04, 2.0, 0.3]);
-        let odds = [0.4, 0.3, 0.2, 0.1];
-        let mut got = Mixture::before(&STATE, &covariance());
-        let whitened = interval.weigh(
-            &STATE,
-            &covariance(),
-            &vectors,
-            &hypotheses,
-            &odds,
-            &mut got,
-        );
+        let vectors = Vectors::whole(measured, SIGMAS);
+        let odds = ODDS;
+        let (got, whitened) = weighed(&interval, measured);
         let widened = |k: usize, time_s: f64, steps: f64| {
             let mut wider = covariance();
             if let Some(manoeuvre) = hypotheses.manoeuvres.get(k.wrapping_sub(1)) {
