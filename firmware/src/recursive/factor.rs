@@ -103,20 +103,21 @@ impl<S: Scalar> Factor<S> {
 /// One inside the population, zero far outside.
 fn presence<S: Scalar>(state: &State<S>, sight: &LineOfSight<S>, population: &Population<S>) -> S {
     let horizontal = sight.cosine * state[0] + sight.sine * state[1];
-    let eighth_power = |value: S, mean: S, sigma: S| {
+    let sixteenth_power = |value: S, mean: S, sigma: S| {
         let z = (value - mean) / (sigma * S::constant(PRESENCE_SIGMAS));
         let squared = {
             let z = z.clamp(-FAR, FAR);
             z * z
         };
         let fourth = squared * squared;
-        fourth * fourth
+        let eighth = fourth * fourth;
+        eighth * eighth
     };
     let p = population;
     let one = S::constant(1.0);
     one / (one
-        + eighth_power(horizontal, p.horizontal_m, p.horizontal_sigma_m)
-        + eighth_power(state[2], p.height_m, p.height_sigma_m))
+        + sixteenth_power(horizontal, p.horizontal_m, p.horizontal_sigma_m)
+        + sixteenth_power(state[2], p.height_m, p.height_sigma_m))
 }
 
 #[cfg(test)]
@@ -265,7 +266,7 @@ mod tests {
         }
     }
 
-    /// The eighth power of the deviations, counted in 2.6 of the population's.
+    /// The sixteenth power of the deviations, counted in 2.6 of the population's.
     #[test]
     fn presence_is_what_its_formula_says() {
         for state in [INSIDE, [40.0, 9.0, 24.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]] {
@@ -274,7 +275,7 @@ mod tests {
                 (state[0].hypot(state[1]) - P.horizontal_m) / (2.6 * P.horizontal_sigma_m),
                 (state[2] - P.height_m) / (2.6 * P.height_sigma_m),
             ];
-            let expected = 1.0 / (1.0 + z[0].powi(8) + z[1].powi(8));
+            let expected = 1.0 / (1.0 + z[0].powi(16) + z[1].powi(16));
             assert!((presence(&state, &sight, &P) - expected).abs() < 1e-12);
         }
     }
