@@ -7,6 +7,15 @@ use crate::scalar::Scalar;
 /// After a longer silence the network is not asked any more, and the next measurement starts the
 /// filter anew, s. So the network's work in one call is bounded.
 pub const SILENCE_MAX_S: f32 = 10.0;
+/// Deviations of the population's range and elevation within which most of its targets are.
+const HOME_SIGMAS: f32 = 3.5;
+/// Deviations of the population's range that a position may be unsure by for the network to be asked
+/// about targets that are not at home: what it knows of places it knows of home, and where the
+/// measurements say little it would speak of that.
+const UNSURE_MAX: f32 = 0.7;
+/// The same for targets that seem faster than any it was trained for: where measurements say little such
+/// a speed is more often wrong than true, and the wide base model finds back.
+const UNSURE_FAST_MAX: f32 = 1.0;
 /// How many times the largest speed and acceleration of the training the network is asked for. Its features are kept within
 /// a few deviations, so what is faster still looks to it like the fastest that it knows.
 const REACH: f32 = 3.0;
@@ -65,6 +74,7 @@ pub struct Envelope {
     /// Largest acceleration of the training, m/s^2.
     pub acceleration_max_mps2: f32,
     bounds: Place,
+    home: Place,
     /// Variance of the population's range, m^2.
     range_m2: f32,
 }
@@ -108,11 +118,18 @@ impl Place {
 impl Envelope {
     /// The envelope that a blob's bounds and population make.
     pub fn of(bounds: &Bounds<f32>, population: &Population<f32>) -> Self {
+        let p = population;
+        let about =
+            |mean: f32, sigma: f32| [mean - HOME_SIGMAS * sigma, mean + HOME_SIGMAS * sigma];
         Self {
             speed_max_mps: bounds.speed_max_mps,
             acceleration_max_mps2: bounds.acceleration_max_mps2,
             bounds: Place::new(bounds.range_m, bounds.elevation_rad),
-            range_m2: population.range_sigma_m * population.range_sigma_m,
+            home: Place::new(
+                about(p.range_m, p.range_sigma_m),
+                about(p.elevation_rad, p.elevation_sigma_rad),
+            ),
+            range_m2: p.range_sigma_m * p.range_sigma_m,
         }
     }
 
@@ -134,7 +151,7 @@ impl Envelope {
     ) -> Predictor {
         if !self.reaches_motion(state, covariance, coast_s) {
             Predictor::Wide
-        } else if coast_s > SILENCE_MAX_S || !self.reaches_place(state) {
+        } else if coast_s > SILENCE_MAX_S || !self.reaches_place(state, covariance) {
             Predictor::Base
         } else {
             Predictor::Network
@@ -151,22 +168,25 @@ impl Envelope {
         let (speed, acceleration) = (length(state, 3), length(state, 6));
         let slow = speed < self.speed_max_mps;
         let trained = slow && acceleration < self.acceleration_max_mps2;
-        let beyond = (slow || self.is_known(covariance))
+        let beyond = (slow || self.is_known(covariance, UNSURE_FAST_MAX))
             && coast_s < UNSEEN_MAX_S
             && speed < REACH * self.speed_max_mps
             && acceleration < REACH * self.acceleration_max_mps2;
         trained || beyond
     }
 
-    /// Whether the network is asked about such a place: at any elevation, nearer than ten times the largest range.
-    fn reaches_place(&self, state: &State<f32>) -> bool {
-        length(state, 0) < REACH_RANGE * self.bounds.range_m[1]
+    /// Whether the network is asked about such a place: at home, or where it is known well enough, at any elevation, nearer
+    /// than ten times the largest range.
+    fn reaches_place(&self, state: &State<f32>, covariance: &Covariance<f32>) -> bool {
+        let range = length(state, 0);
+        let at_home = self.home.holds(range, state[2]);
+        (at_home || self.is_known(covariance, UNSURE_MAX))
+            && range < REACH_RANGE * self.bounds.range_m[1]
     }
 
-    /// Whether the position is known to a deviation of the population's range. Where measurements say less, a speed beyond
-    /// the training's is more often wrong than true, and the wide base model finds back.
-    fn is_known(&self, covariance: &Covariance<f32>) -> bool {
-        position_variance(covariance) < self.range_m2
+    /// Whether the position is known to so many deviations of the population's range.
+    fn is_known(&self, covariance: &Covariance<f32>, deviations: f32) -> bool {
+        position_variance(covariance) < deviations * deviations * self.range_m2
     }
 }
 
@@ -233,19 +253,27 @@ mod tests {
         covariance
     }
 
+    /// 33.5 m and 0.5 rad, with deviations of 6 m and 0.21 rad: beyond 3.5 of them a position must
+    /// be known to 4.2 m, and beyond 1 km nobody is asked.
     #[test]
-    fn beyond_a_kilometre_nobody_is_asked() {
+    fn away_from_home_a_position_must_be_known() {
         let envelope = Envelope::of(&Bounds::PAPER.single(), &Population::PAPER.known());
-        for (range, elevation, asked) in [
-            (0.0, 0.0, true),
-            (33.5, 0.5, true),
-            (33.5, 1.57, true),
-            (33.5, -1.57, true),
-            (999.0, 0.5, true),
-            (1001.0, 0.5, false),
+        for (range, elevation, variance, asked) in [
+            (33.5, 0.5, 100.0, true),
+            (33.5, 1.23, 100.0, true),
+            (33.5, 1.24, 100.0, false),
+            (33.5, 1.24, 17.6, true),
+            (33.5, 1.24, 17.7, false),
+            (33.5, -0.24, 17.7, false),
+            (33.5, -1.55, 17.6, true),
+            (1.0, 0.5, 17.6, true),
+            (55.0, 0.5, 17.7, false),
+            (55.0, 0.5, 17.6, true),
+            (999.0, 0.5, 1.0, true),
+            (1001.0, 0.5, 1.0, false),
         ] {
-            let reaches = envelope.reaches_place(&placed(range, elevation));
-            assert_eq!(reaches, asked, "{range} {elevation}");
+            let reaches = envelope.reaches_place(&placed(range, elevation), &spread(variance));
+            assert_eq!(reaches, asked, "{range} {elevation} {variance}");
         }
     }
 
@@ -339,8 +367,8 @@ mod tests {
         }
         // Five hundred metres are too far, and a variance of 36 m^2, of the 6 m of the population, is too unsure for
         // what is too fast.
-        assert!(envelope.reaches_place(&at(300.0, 399.0)));
-        assert!(!envelope.reaches_place(&at(300.0, 400.0)));
+        assert!(envelope.reaches_place(&at(300.0, 399.0), &spread(0.1)));
+        assert!(!envelope.reaches_place(&at(300.0, 400.0), &spread(0.1)));
         let mut unsure = spread(0.0);
         (unsure[0][0], unsure[1][1], unsure[2][2]) = (12.0, 12.0, 12.0);
         let fast = moving([5.0, 0.0, 0.0], [0.0; 3]);
