@@ -1,6 +1,6 @@
 //! One network in training: its weights, Adam's moments, and the best weights so far.
 
-use crate::blob::grid::Grid;
+use crate::blob::grid::{Channel, Grid};
 use crate::kernel::{self, AdamStep, Tier, adam};
 use crate::memoryless::gradient::Gradient;
 use crate::posterior::gaussian_weights::GaussianWeights;
@@ -81,7 +81,9 @@ impl Member {
 
     /// Makes the grid again after `unrounded` was read back.
     pub fn restore_grid(&mut self) {
-        self.grid = self.unrounded.as_ref().map(|best| Grid::of(&best.weights));
+        self.grid = self.unrounded.as_ref().map(|Best { weights, .. }| {
+            Grid::of(&weights.means, Channel::all_of(&weights.architecture))
+        });
     }
 
     /// The weights that loss and gradient are computed at.
@@ -91,7 +93,7 @@ impl Member {
             None => Cow::Borrowed(&self.weights),
             Some(grid) => {
                 let mut weights = self.weights.clone();
-                grid.round(&mut weights);
+                grid.round(&mut weights.means);
                 Cow::Owned(weights)
             }
         }

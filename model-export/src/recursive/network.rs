@@ -8,6 +8,7 @@ pub mod sampling;
 pub mod shape;
 pub mod weights;
 
+use crate::blob::grid::Grid;
 use crate::kernel::{AdamStep, Aligned, Moments, Posterior, Tier, adam};
 use crate::posterior::architecture::Architecture;
 use crate::posterior::gaussian_weights::GaussianWeights;
@@ -15,7 +16,7 @@ use crate::random_source::RandomSource;
 use bnkf::recursive::schedule::OUTPUTS;
 use gradient::Gradient;
 use sampling::Sampling;
-use shape::{LAYERS, OFFSETS, PARAMETERS, SHAPES, places};
+use shape::{LAYERS, OFFSETS, PARAMETERS, SHAPES, channels, places};
 use weights::Weights;
 
 /// Standard deviation of the prior of every weight, zero mean.
@@ -67,6 +68,11 @@ impl Network {
     /// What passes read; the variances of layers that are not sampled are zero.
     pub fn weights(&self, tier: Tier, sampling: Sampling) -> Weights {
         Weights::new(tier, &self.means, &self.log_sigmas, sampling)
+    }
+
+    /// Puts every weight mean on the int8 grid that it is exported on.
+    pub fn round(&mut self) {
+        Grid::of(&self.means, channels()).round(&mut self.means);
     }
 
     /// One Adam step on the mean gradient of a batch, clipped to `clip` in Euclidean norm, plus
@@ -216,6 +222,7 @@ impl Network {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::blob::quantise::{layer_errors, quantise};
 
     #[test]
     fn state_round_trips() {
@@ -225,6 +232,36 @@ mod tests {
         assert_eq!(back.to_state().0, state);
         assert!(Network::from_state(&state[1..], updates).is_none());
         assert!(back.divergence() > 0.0);
+    }
+
+    /// Export does not move a rounded network, and rounding moves what is not by half a step at most.
+    #[test]
+    fn a_rounded_network_lies_on_the_grid_of_its_blob() {
+        let network = Network::new(5);
+        let errors = |network: &Network| {
+            let weights = network.gaussian_weights();
+            layer_errors(&weights, &quantise(&weights))
+                .into_iter()
+                .map(|error| error.mean_max_steps)
+                .fold(0.0, f64::max)
+        };
+        assert!(errors(&network) > 0.4);
+        let mut rounded = network.clone();
+        rounded.round();
+        assert!(errors(&rounded) < 1e-3, "{}", errors(&rounded));
+        let before = network.gaussian_weights();
+        let coded = quantise(&before);
+        let after = rounded.gaussian_weights();
+        for (shape, layer) in before.architecture.layers().iter().zip(coded) {
+            for output in 0..shape.outputs {
+                let half = 0.501 * layer.channel_scale[output];
+                for index in shape.row(output)..shape.row(output) + shape.inputs {
+                    assert!((before.means[index] - after.means[index]).abs() <= half);
+                }
+                let bias = shape.bias(output);
+                assert_eq!(before.means[bias], after.means[bias]);
+            }
+        }
     }
 
     #[test]

@@ -55,9 +55,16 @@ pub struct Recipe {
     pub weighing: Weighing,
     /// How a shipped model is tuned; `None` trains a new one.
     pub tuning: Option<Tuning>,
+    /// Whether loss and gradient are those of the int8 grid's means ([`crate::blob::grid`]).
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub on_grid: bool,
     /// SHA-256 of the blob whose training goes on; `None` begins with new weights.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<String>,
+}
+
+fn is_false(flag: &bool) -> bool {
+    !flag
 }
 
 /// Batches of a training that goes on.
@@ -83,6 +90,7 @@ impl Recipe {
         volume: Volume::PAPER,
         weighing: Weighing::Nominal,
         tuning: None,
+        on_grid: false,
         from: None,
     };
 
@@ -125,6 +133,7 @@ impl Recipe {
         Self {
             episodes: END_BATCHES,
             rate: END_RATE,
+            on_grid: true,
             from: Some(blob_sha256),
             ..self.ending()
         }
@@ -235,6 +244,8 @@ mod tests {
         assert_eq!((on.episodes, on.rate), (600, 1e-3));
         assert_eq!(on.from.as_deref(), Some("sum"));
         assert_eq!(tuned.from, None);
+        // A tuned model lies between two networks, on no grid.
+        assert!(on.on_grid && !tuned.on_grid);
         let other = Recipe::COUNTER_UAS.going_on("sum".to_owned());
         assert_eq!(other.sensor, Sensor::COUNTER_UAS);
         assert_eq!(other.augmentation, Recipe::COUNTER_UAS.augmentation);
@@ -297,7 +308,7 @@ mod tests {
     #[test]
     fn a_recipe_without_a_blob_to_go_on_from_says_nothing_of_it() {
         let text = serde_json::to_string(&Recipe::DEFAULT).unwrap();
-        assert!(!text.contains("from") && !text.contains("blunt"));
+        assert!(!text.contains("from") && !text.contains("blunt") && !text.contains("grid"));
         assert_eq!(
             serde_json::from_str::<Recipe>(&text).unwrap(),
             Recipe::DEFAULT

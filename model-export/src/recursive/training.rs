@@ -26,6 +26,7 @@ use bnkf::recursive::features::FEATURES;
 use bnkf::recursive::parameters::Parameters;
 use bnkf::recursive::schedule::OUTPUTS;
 use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// Batches are cut into this many parts, whose gradients are added in order: the result does not
 /// depend on the number of threads.
@@ -232,7 +233,7 @@ impl<'f> Training<'f> {
     pub fn model(&self) -> RecursiveModel {
         let network = match &self.own {
             Some(own) => own.shipped.blended(&self.network, own.blend),
-            None => self.network.clone(),
+            None => self.present().into_owned(),
         };
         let mut model = RecursiveModel {
             parameters: self.parameters,
@@ -263,6 +264,16 @@ impl<'f> Training<'f> {
         let bend = bends::learned(&model, &meetings, duration_s);
         model.parameters.bend += f64::from(own.blend) * (bend - model.parameters.bend);
         model
+    }
+
+    /// The network that loss and gradient are computed of; the gradient then moves the unrounded one.
+    fn present(&self) -> Cow<'_, Network> {
+        if !self.recipe.on_grid {
+            return Cow::Borrowed(&self.network);
+        }
+        let mut rounded = self.network.clone();
+        rounded.round();
+        Cow::Owned(rounded)
     }
 
     /// The recorded step.
@@ -320,7 +331,7 @@ impl<'f> Training<'f> {
             let from = window * self.recipe.window;
             let range = from..steps.min(from + self.recipe.window);
             let tier = Tier::detect();
-            let weights = self.network.weights(tier, self.recipe.sampling);
+            let weights = self.present().weights(tier, self.recipe.sampling);
             let seed = derive(
                 self.recipe.seed,
                 &[name_id("window"), self.episode, window as u64],

@@ -1,6 +1,7 @@
 //! Layers of the recursive network, and where their numbers lie: padded for the kernels, or as in
 //! blobs.
 
+use crate::blob::grid::Channel;
 use crate::posterior::architecture::LayerShape;
 use bnkf::recursive::features::FEATURES;
 use bnkf::recursive::schedule::OUTPUTS;
@@ -34,6 +35,18 @@ const fn offsets() -> [usize; LAYERS + 1] {
 pub const OFFSETS: [usize; LAYERS + 1] = offsets();
 /// Weights and biases, padding included.
 pub const PARAMETERS: usize = OFFSETS[LAYERS];
+
+/// Every output's weights, in the padded order.
+pub fn channels() -> impl Iterator<Item = Channel> {
+    let layers = SHAPES.into_iter().zip(OFFSETS);
+    layers.flat_map(|((count, stride), start)| {
+        (0..stride).map(move |column| Channel {
+            start: start + column,
+            stride,
+            count,
+        })
+    })
+}
 
 /// Where each number of the unpadded order lies in the padded one: (unpadded, padded).
 pub fn places(layers: &[LayerShape]) -> Vec<(usize, usize)> {
