@@ -40,7 +40,7 @@ pub struct RecursiveArgs {
     scenario: Scenario,
     /// Goes on with the training of this blob, whose unrounded weights lie beside it, as the training
     /// of the shipped model ended: fewer faults of the sensor, fewer flights from elsewhere, more fast
-    /// ones but for blunt sensors
+    /// ones but for blunt sensors, and means on the blob's int8 grid
     #[arg(long, value_name = "BLOB", conflicts_with_all = ["scenario", "sampling"])]
     from: Option<PathBuf>,
     /// Batches of new flights; the learning rate reaches zero after the last [default: the

@@ -32,9 +32,8 @@ pub struct Augmentation {
     pub haste_share: f64,
     /// Largest haste.
     pub haste_max: f64,
-    /// Factor, 0 to 1, on the shares of agile, hasty, stretched and displaced flights and on how far sizes and speeds are
-    /// changed, under a blunt sensor ([`BLUNT_RANGE_RATE_MPS`]): a network that cannot tell such flights from others
-    /// learns to be as unsure of all.
+    /// Factor, 0 to 1, on the shares of agile and hasty flights under a blunt sensor ([`BLUNT_RANGE_RATE_MPS`]): a network
+    /// that cannot tell them from others learns to be as unsure of all.
     #[serde(default = "whole", skip_serializing_if = "is_whole")]
     pub under_blunt: f64,
     /// Share of flights that are put anywhere around the radar, not only inside the volume.
@@ -92,8 +91,8 @@ impl Augmentation {
         kept_spread: [0.0; 2],
     };
 
-    /// What the training of the shipped model ended with: more that is fast, less that is elsewhere; for blunt sensors
-    /// flights nearly as they are flown.
+    /// What the training of the shipped model ended with: more that is fast, but for blunt sensors, less that is
+    /// elsewhere.
     pub const END: Self = Self {
         agile_share: 0.2,
         haste_share: 0.3,
@@ -122,17 +121,14 @@ impl Augmentation {
 
     /// How flights that a sensor of this noise measures are changed.
     pub fn under(&self, noise: &NoiseSigmas) -> Self {
-        if noise.range_rate_mps <= BLUNT_RANGE_RATE_MPS {
-            return *self;
-        }
-        let factor = self.under_blunt;
+        let factor = if noise.range_rate_mps > BLUNT_RANGE_RATE_MPS {
+            self.under_blunt
+        } else {
+            1.0
+        };
         Self {
             agile_share: factor * self.agile_share,
             haste_share: factor * self.haste_share,
-            stretch_share: factor * self.stretch_share,
-            ln_size_sigma: factor * self.ln_size_sigma,
-            ln_speed_sigma: factor * self.ln_speed_sigma,
-            elsewhere_share: factor * self.elsewhere_share,
             ..*self
         }
     }
