@@ -113,7 +113,7 @@ pub const BOUND_ED_RATIO: std::ops::Range<f64> = 0.8..1.1;
 /// tuned for nothing, must be beaten.
 pub const ELEVATION_ED_RATIO: [f64; 3] = [1.1, 0.5, 0.3];
 /// Their NEES at most, at low, medium and high noise; 3 is honest. At high noise the population counts for
-/// much, and these are not where it is: three of 21 cells of 24 flights lie above 4.
+/// much, and these are not where it is: four of 21 cells of 24 flights lie above 4.
 pub const ELEVATION_NEES_MAX: [f64; 3] = [3.5, 4.0, 6.0];
 
 /// NEES of targets one, two and five seconds after their last measurement at most, at low, medium and high noise: of

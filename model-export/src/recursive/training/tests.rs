@@ -1,6 +1,7 @@
 //! Trainings that begin, go on and are resumed.
 
 use super::*;
+use crate::blob::quantise::layer_errors;
 use crate::flights::generator::{GeneratorSettings, generate};
 use bnkf::recursive::hypotheses::Hypotheses;
 
@@ -64,6 +65,14 @@ fn a_training_goes_on_from_a_model() {
     assert_eq!(after.normalisation, model.normalisation);
     assert_eq!(after.parameters.population, model.parameters.population);
     assert_eq!(after.parameters.hypotheses, Hypotheses::PAPER);
+    // The one before may lie anywhere; what goes on ends on the grid, from means between that still move.
+    let off_grid = |model: &RecursiveModel| {
+        let errors = layer_errors(&model.weights(), &model.layers());
+        errors.iter().map(|e| e.mean_max_steps).fold(0.0, f64::max)
+    };
+    assert!(off_grid(&model) > 0.4);
+    assert!(off_grid(&after) < 1e-3);
+    assert_ne!(whole.network.means[..], after.network.means[..]);
     let other = Recipe {
         from: Some("b".to_owned()),
         ..on
