@@ -8,6 +8,7 @@ use super::memory::NOTES;
 use super::population::Base;
 use super::schedule::{JERK_OUTPUT, JERK_SCALE, NOTE_OUTPUT, OUTPUTS, SCHEDULE, Schedule};
 use super::sight::LineOfSight;
+use super::target::Target;
 use super::tracker::Recursive;
 use crate::inference::{Inference, Passes};
 use crate::network::monte_carlo::separate_moments_into;
@@ -49,6 +50,19 @@ impl Answer {
     }
 }
 
+/// What the network is asked with.
+// What it takes to compute it would lie under the network.
+#[inline(never)]
+fn observed(target: &Target, sight: &LineOfSight<f32>, interval_s: f32) -> [f32; FEATURES] {
+    features(
+        &target.state,
+        &target.covariance,
+        &target.memory,
+        sight,
+        interval_s,
+    )
+}
+
 impl Recursive<'_, '_> {
     /// How the target, which is seen along `sight`, moves during `interval_s`: what the network answers,
     /// or a model that needs none far from where it was trained.
@@ -76,13 +90,7 @@ impl Recursive<'_, '_> {
             }
             Predictor::Network => {}
         }
-        let mut inputs = features(
-            &target.state,
-            &target.covariance,
-            &target.memory,
-            sight,
-            interval_s,
-        );
+        let mut inputs = observed(target, sight, interval_s);
         let mut outputs = [0.0; OUTPUTS];
         let jerk_variance = self.infer(&mut inputs, &mut outputs);
         if !outputs
