@@ -6,6 +6,7 @@ pub mod flights;
 pub mod import;
 pub mod inspect;
 pub mod moments;
+pub mod remarks;
 mod rounding;
 pub mod stress;
 pub mod train;

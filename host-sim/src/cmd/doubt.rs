@@ -4,6 +4,7 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use bnkf_model_export::atomic_file::{self, AtomicWriteError};
+use bnkf_model_export::cmd::remarks;
 use bnkf_model_export::command_line::command_line;
 use bnkf_model_export::flights::csv::options::ReadOptions;
 use bnkf_model_export::flights::generator::GeneratorError;
@@ -117,12 +118,7 @@ pub fn run(args: &Args) -> Result<(), DoubtError> {
             seed: args.seed,
         };
         let set = FlightSet::read(path, &preparation)?;
-        for remark in &set.remarks {
-            eprintln!("{remark}");
-        }
-        for reason in &set.unplaced {
-            eprintln!("warning: left out: {reason}");
-        }
+        remarks::say(&set.remarks, &set.unplaced);
         worlds.push(World {
             name: "recorded".to_owned(),
             flights: set.segments,

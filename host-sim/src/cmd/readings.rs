@@ -4,6 +4,7 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use bnkf_model_export::atomic_file::AtomicWriteError;
+use bnkf_model_export::cmd::remarks;
 use bnkf_model_export::pending_file::PendingFile;
 use parquet::errors::ParquetError;
 use rayon::prelude::*;
@@ -68,12 +69,7 @@ pub fn run(args: &Args) -> Result<(), ReadingsError> {
     let scenario = evaluate::scenario(&args.subject).map_err(EvaluateError::from)?;
     output_folder::prepare(&args.out)?;
     let data = Data::of(&args.subject, &scenario)?;
-    for remark in &data.remarks {
-        eprintln!("{remark}");
-    }
-    for reason in &data.unplaced {
-        eprintln!("warning: left out: {reason}");
-    }
+    remarks::say(&data.remarks, &data.unplaced);
     let conditions = scenario.radar.conditions();
     let bar = progress::bar(conditions.len(), "Measuring");
     let paths = [PARQUET, CSV].map(|name| args.out.join(name));

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use bnkf_model_export::atomic_file::{self, AtomicWriteError};
 use bnkf_model_export::cmd::flight_source::flight_count;
+use bnkf_model_export::cmd::remarks;
 use bnkf_model_export::command_line::command_line;
 use bnkf_model_export::flights::csv::options::ReadOptions;
 use bnkf_model_export::flights::data_hash;
@@ -142,9 +143,6 @@ pub fn run(args: &Args) -> Result<(), ReplicateError> {
         return Err(ReplicateError::NoPlace(page_path));
     }
     let data = flights(args)?;
-    for reason in &data.unplaced {
-        eprintln!("warning: left out: {reason}");
-    }
     let mut recordings: Vec<&str> = data.segments.iter().map(|f| f.source.as_str()).collect();
     recordings.sort_unstable();
     recordings.dedup();
@@ -215,9 +213,7 @@ fn flights(args: &Args) -> Result<Data, ReplicateError> {
             seed: args.seed,
         };
         let set = FlightSet::read(path, &preparation)?;
-        for remark in &set.remarks {
-            eprintln!("{remark}");
-        }
+        remarks::say(&set.remarks, &set.unplaced);
         return Ok(Data {
             segments: set.segments,
             source: path.display().to_string(),

@@ -1,7 +1,7 @@
 //! What the firmware's tracker suspects on its way: the probabilities of its hypotheses and its mode.
 
 use bnkf::blob::Blob;
-use bnkf::{Doubt, Mode, Settings, TrackerError};
+use bnkf::{Doubt, Mode, Settings};
 use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::radar::reading::Reading;
 
@@ -26,23 +26,16 @@ pub struct Suspicion {
 
 /// The suspicions of the tracker over `blob`, from the second sample of `flight` on.
 ///
-/// # Errors
-/// The blob's own settings do not fit.
-///
 /// # Panics
 /// As [`track`].
-pub fn suspicions(
-    blob: Blob<'_>,
-    flight: &Flight,
-    readings: &[Option<Reading>],
-) -> Result<Vec<Suspicion>, TrackerError> {
+pub fn suspicions(blob: Blob<'_>, flight: &Flight, readings: &[Option<Reading>]) -> Vec<Suspicion> {
     let mut listener = Listener {
-        filter: TrackerFilter::new(blob, Settings::of(&blob))?,
+        filter: TrackerFilter::new(blob, Settings::of(&blob)).expect("a blob's own settings fit"),
         heard: Vec::new(),
     };
     let steps = track(&mut listener, flight, readings);
     let heard = steps.into_iter().zip(listener.heard);
-    Ok(heard
+    heard
         .map(|(step, said)| Suspicion {
             time_s: step.time_s,
             in_gap: step.in_gap,
@@ -50,7 +43,7 @@ pub fn suspicions(
             doubt: said.map_or(Doubt::NONE, |(_, doubt)| doubt),
             acceleration_mps2: step.motion.acceleration_mps2,
         })
-        .collect())
+        .collect()
 }
 
 /// Writes down what no other filter could say.
@@ -111,7 +104,7 @@ mod tests {
         let models = default_models::load().unwrap();
         let mut blobs = models.iter().map(|model| model.blob());
         let blob = blobs.find(|blob| blob.kind() == Kind::Recursive).unwrap();
-        let all = suspicions(blob, &flight, &readings).unwrap();
+        let all = suspicions(blob, &flight, &readings);
         assert_eq!(all.len(), 59);
         let most = all
             .iter()

@@ -38,7 +38,7 @@ pub(super) fn draw(campaign: &Campaign) -> Option<(String, String)> {
             wrong_s.push(flight.samples[index].time_s - flight.samples[0].time_s);
         }
     }
-    let steps = suspicions(blob, &flight, &readings).ok()?;
+    let steps = suspicions(blob, &flight, &readings);
     let title = format!("{}, low noise, rate {}", flight.name, condition.rate);
     let caption = format!(
         "A flight made for this figure: from the place where the first one begins it hovers, bursts with 10 m/s\u{b2} and \

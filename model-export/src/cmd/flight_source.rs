@@ -1,5 +1,6 @@
 //! Which flights a subcommand works on.
 
+use super::remarks;
 use crate::flights::csv::options::ReadOptions;
 use crate::flights::flight::Flight;
 use crate::flights::generator::{GeneratorError, GeneratorSettings, generate};
@@ -82,12 +83,7 @@ impl FlightSource {
                 seed,
             };
             let set = FlightSet::read(path, &preparation)?;
-            for remark in &set.remarks {
-                eprintln!("{remark}");
-            }
-            for reason in &set.unplaced {
-                eprintln!("warning: left out: {reason}");
-            }
+            remarks::say(&set.remarks, &set.unplaced);
             return Ok(NamedFlights {
                 source: path.display().to_string(),
                 flights: set.segments,

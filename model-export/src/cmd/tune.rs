@@ -1,6 +1,7 @@
 //! `model-export tune`: goes on training a shipped model on a user's own flights.
 
 use super::flight_source::FlightSource;
+use super::remarks;
 use super::train::{Outcome, Run, TrainError, check_paths, checkpoint_path, threads};
 use super::train_recursive::{built_in, complete, write};
 use super::tunable_file;
@@ -91,9 +92,8 @@ pub fn run(args: &Args) -> Result<Outcome, TrainError> {
         scenario,
     } = tunable_file::read(&args.model)?;
     let mut named = args.source.load(args.seed)?;
-    for reason in named.flights.iter().filter_map(too_short) {
-        eprintln!("warning: left out: {reason}");
-    }
+    let left_out: Vec<String> = named.flights.iter().filter_map(too_short).collect();
+    remarks::say(&[], &left_out);
     named.flights = usable(named.flights);
     if named.flights.is_empty() {
         return Err(TrainError::TooShort(DURATION_MIN_S));

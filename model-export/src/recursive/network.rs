@@ -70,9 +70,11 @@ impl Network {
         Weights::new(tier, &self.means, &self.log_sigmas, sampling)
     }
 
-    /// Puts every weight mean on the int8 grid that it is exported on.
-    pub fn round(&mut self) {
-        Grid::of(&self.means, channels()).round(&mut self.means);
+    /// Every weight mean on the int8 grid that it is exported on.
+    pub fn rounded_means(&self) -> Aligned {
+        let mut means = self.means.clone();
+        Grid::of(&means, channels()).round(&mut means);
+        means
     }
 
     /// One Adam step on the mean gradient of a batch, clipped to `clip` in Euclidean norm, plus
@@ -246,8 +248,10 @@ mod tests {
                 .fold(0.0, f64::max)
         };
         assert!(errors(&network) > 0.4);
-        let mut rounded = network.clone();
-        rounded.round();
+        let rounded = Network {
+            means: network.rounded_means(),
+            ..network.clone()
+        };
         assert!(errors(&rounded) < 1e-3, "{}", errors(&rounded));
         let before = network.gaussian_weights();
         let coded = quantise(&before);

@@ -10,6 +10,7 @@ use super::network::Network;
 use super::network::anchor::Anchor;
 use super::network::gradient::Gradient;
 use super::network::sampling::Sampling;
+use super::network::weights::Weights;
 use super::normalisation::Normalisation;
 use super::population::population_of;
 use super::recipe::Recipe;
@@ -20,7 +21,7 @@ use super::unrolled::{Unrolled, WindowLoss};
 use crate::autodiff::lanes::LANES;
 use crate::flights::data_hash::of_flights;
 use crate::flights::flight::Flight;
-use crate::kernel::Tier;
+use crate::kernel::{Aligned, Tier};
 use crate::seed::{derive, name_id};
 use bnkf::recursive::features::FEATURES;
 use bnkf::recursive::parameters::Parameters;
@@ -233,7 +234,11 @@ impl<'f> Training<'f> {
     pub fn model(&self) -> RecursiveModel {
         let network = match &self.own {
             Some(own) => own.shipped.blended(&self.network, own.blend),
-            None => self.present().into_owned(),
+            None => {
+                let mut network = self.network.clone();
+                network.means = self.means().into_owned();
+                network
+            }
         };
         let mut model = RecursiveModel {
             parameters: self.parameters,
@@ -266,14 +271,13 @@ impl<'f> Training<'f> {
         model
     }
 
-    /// The network that loss and gradient are computed of; the gradient then moves the unrounded one.
-    fn present(&self) -> Cow<'_, Network> {
-        if !self.recipe.on_grid {
-            return Cow::Borrowed(&self.network);
+    /// The weight means that loss and gradient are computed of; the gradient then moves the unrounded ones.
+    fn means(&self) -> Cow<'_, Aligned> {
+        if self.recipe.on_grid {
+            Cow::Owned(self.network.rounded_means())
+        } else {
+            Cow::Borrowed(&self.network.means)
         }
-        let mut rounded = self.network.clone();
-        rounded.round();
-        Cow::Owned(rounded)
     }
 
     /// The recorded step.
@@ -331,7 +335,12 @@ impl<'f> Training<'f> {
             let from = window * self.recipe.window;
             let range = from..steps.min(from + self.recipe.window);
             let tier = Tier::detect();
-            let weights = self.present().weights(tier, self.recipe.sampling);
+            let weights = Weights::new(
+                tier,
+                &self.means(),
+                &self.network.log_sigmas,
+                self.recipe.sampling,
+            );
             let seed = derive(
                 self.recipe.seed,
                 &[name_id("window"), self.episode, window as u64],

@@ -5,6 +5,7 @@ use std::sync::Mutex;
 
 use bnkf::blob::Kind;
 use bnkf_model_export::atomic_file;
+use bnkf_model_export::cmd::remarks;
 use bnkf_model_export::command_line::command_line_without;
 use bnkf_model_export::flights::data_hash;
 use bnkf_model_export::pending_file::PendingFile;
@@ -50,12 +51,7 @@ pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
     // Before the work, not after it.
     super::prepare(args)?;
     let data = Data::of(&args.subject, &scenario)?;
-    for remark in &data.remarks {
-        eprintln!("{remark}");
-    }
-    for reason in &data.unplaced {
-        eprintln!("warning: left out: {reason}");
-    }
+    remarks::say(&data.remarks, &data.unplaced);
     for path in &args.models {
         if Model::read(path)?.form().0 == Kind::Memoryless {
             return Err(EvaluateError::TrainedHere(path.clone()));

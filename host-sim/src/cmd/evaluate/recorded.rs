@@ -3,6 +3,7 @@
 use std::io::Write as _;
 use std::path::Path;
 
+use bnkf_model_export::cmd::remarks;
 use bnkf_model_export::command_line::command_line;
 use bnkf_model_export::flights::set::{FlightSet, Preparation};
 use bnkf_model_export::flights::volume::Volume;
@@ -50,12 +51,7 @@ fn evaluate(args: &Args, flights: &Path, own: &[OwnFilter]) -> Result<Results, E
         seed: args.subject.seed,
     };
     let set = FlightSet::read(flights, &preparation)?;
-    for remark in &set.remarks {
-        eprintln!("{remark}");
-    }
-    for reason in &set.unplaced {
-        eprintln!("warning: left out: {reason}");
-    }
+    remarks::say(&set.remarks, &set.unplaced);
     let supplies = Supplies {
         models: &models,
         passes: args.passes,

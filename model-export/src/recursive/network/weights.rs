@@ -17,12 +17,7 @@ pub struct Weights {
 impl Weights {
     /// From posterior means and logarithms of deviations; the variances of layers that
     /// are not sampled are zero.
-    pub(super) fn new(
-        tier: Tier,
-        means: &Aligned,
-        log_sigmas: &Aligned,
-        sampling: Sampling,
-    ) -> Self {
+    pub fn new(tier: Tier, means: &Aligned, log_sigmas: &Aligned, sampling: Sampling) -> Self {
         let mut variances = Aligned::zeros(PARAMETERS);
         variances.copy_from_slice(log_sigmas);
         exp_in_place(tier, 2.0, &mut variances);
