@@ -254,3 +254,60 @@ fn a_memoryless_model_refuses_other_sensors() {
         assert_eq!(tracker.step(&measurement), alone.step(&measurement));
     }
 }
+
+/// Twenty whole measurements of a target at rest, then ten that lack what `keep` takes out: how far the last
+/// estimate is from it, m.
+fn astray_m(direction: [f32; 2], keep: fn(&mut Measurement)) -> f32 {
+    let [elevation, azimuth] = direction;
+    let mut tracker = tracker(RECURSIVE);
+    let mut last = None;
+    for i in 0..30 {
+        let mut measurement = Measurement {
+            time_us: 100_000 * i,
+            range: sensed(33.0, 0.1),
+            elevation: sensed(elevation, 0.005),
+            azimuth: sensed(azimuth, 0.005),
+            range_rate: sensed(0.0, 0.05),
+            sensor: Sensor::ORIGIN,
+        };
+        if i >= 20 {
+            keep(&mut measurement);
+        }
+        last = Some(tracker.step(&measurement).expect("an estimate"));
+    }
+    let truth = bnkf::radar::position(33.0, elevation, azimuth);
+    let position_m = last.expect("an estimate").position_m;
+    (0..3)
+        .map(|axis| (position_m[axis] - truth[axis]).powi(2))
+        .sum::<f32>()
+        .sqrt()
+}
+
+/// Whatever a radar does not measure, at any elevation: where the target is round it makes no difference.
+#[test]
+fn the_tracker_does_not_know_north() {
+    let masks: [(&str, fn(&mut Measurement)); 5] = [
+        ("all", |_| ()),
+        ("no azimuth", |m| m.azimuth = None),
+        ("no elevation", |m| m.elevation = None),
+        ("elevation", |m| {
+            (m.range, m.azimuth, m.range_rate) = (None, None, None)
+        }),
+        ("range", |m| {
+            (m.elevation, m.azimuth, m.range_rate) = (None, None, None)
+        }),
+    ];
+    for elevation in [-1.3, 0.4, 1.1, 1.3, 1.5] {
+        for (name, keep) in masks {
+            let beside = astray_m([elevation, 0.5], keep);
+            assert!(beside < 0.2, "{name} at {elevation}: {beside} m");
+            for azimuth in [1.7, 2.8, -2.2] {
+                let round = astray_m([elevation, azimuth], keep);
+                assert!(
+                    (round - beside).abs() < 0.01,
+                    "{name} at {elevation}, {azimuth}: {round} m, {beside} m elsewhere"
+                );
+            }
+        }
+    }
+}

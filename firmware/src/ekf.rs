@@ -165,7 +165,7 @@ pub fn correct_polar<S: Scalar, const N: usize>(
         }
     });
     let predicted = predict([state[0], state[1], state[2]], velocity);
-    let innovations = innovations(&vectors.measured, &predicted.measurement);
+    let innovations = innovations(vectors, &predicted.measurement);
     let mut whitened = [zero; 4];
     for row in 0..if has_velocity { 4 } else { 3 } {
         let mut derivative = [zero; N];

@@ -6,7 +6,7 @@
 
 use nalgebra::Vector3;
 
-use crate::measurement::Sensed;
+use crate::measurement::{Sensed, Vectors};
 use crate::scalar::Scalar;
 
 /// Least squared horizontal distance, m^2, at which a derivative is evaluated and an azimuth is
@@ -68,8 +68,10 @@ pub fn predict_beyond<S: Scalar>(
 ///
 /// Elevation and azimuth name every direction twice: `(e, a)` and `(pi - e, a + pi)`. The pair that
 /// lies nearer to the expected one counts, so a target that passes the zenith between two
-/// measurements, or a noisy elevation beyond it, is met without a jump of half a circle.
-pub fn innovations<S: Scalar>(measured: &[S; 4], expected: &[S; 4]) -> [S; 4] {
+/// measurements, or a noisy elevation beyond it, is met without a jump of half a circle. Without an azimuth nothing
+/// tells the two apart, and the elevation is taken as it is.
+pub fn innovations<S: Scalar>(vectors: &Vectors<S>, expected: &[S; 4]) -> [S; 4] {
+    let measured = &vectors.measured;
     let half_turn = S::constant(core::f64::consts::PI);
     let elevation = (measured[0] - expected[0]).wrap();
     let azimuth = (measured[1] - expected[1]).wrap();
@@ -78,7 +80,7 @@ pub fn innovations<S: Scalar>(measured: &[S; 4], expected: &[S; 4]) -> [S; 4] {
     let nearer = elevation * elevation + azimuth * azimuth - over * over - opposite * opposite;
     // Only near the vertical: elsewhere the other side is another place.
     let vertical = S::constant(1.0) - over * over;
-    let other = nearer.step() * vertical.step();
+    let other = nearer.step() * vertical.step() * vectors.present[1];
     [
         elevation + other * (over - elevation),
         azimuth + other * (opposite - azimuth),
@@ -255,12 +257,17 @@ mod tests {
         }
     }
 
+    /// The innovations of a measurement that lacks nothing.
+    fn whole(measured: [f64; 4], expected: &[f64; 4]) -> [f64; 4] {
+        innovations(&Vectors::whole(measured, [1.0; 4]), expected)
+    }
+
     #[test]
     fn a_direction_has_two_names() {
         let expected = [1.50, 0.3, 20.0, 1.0];
-        let plain = innovations(&[1.52, 0.25, 21.0, 0.5], &expected);
+        let plain = whole([1.52, 0.25, 21.0, 0.5], &expected);
         let named = [PI - 1.52, 0.25 + PI, 21.0, 0.5];
-        for (a, b) in plain.into_iter().zip(innovations(&named, &expected)) {
+        for (a, b) in plain.into_iter().zip(whole(named, &expected)) {
             assert!((a - b).abs() < 1e-12, "{a} {b}");
         }
         for (a, b) in plain.into_iter().zip([0.02, -0.05, 1.0, -0.5]) {
@@ -273,12 +280,27 @@ mod tests {
     fn the_zenith_is_passed_smoothly() {
         let before = predict([0.5, 0.0, 20.0], [0.0; 3]).measurement;
         let behind = predict([-0.5, 0.001, 20.0], [0.0; 3]).measurement;
-        let jump = innovations(&behind, &before);
+        let jump = whole(behind, &before);
         assert!((jump[0] - 0.05).abs() < 1e-3, "{jump:?}");
         assert!(jump[1].abs() < 0.01, "{jump:?}");
         // Far from the zenith a target on the other side is on the other side.
-        let far = innovations(&[0.2, PI - 0.1, 20.0, 0.0], &[0.2, 0.0, 20.0, 0.0]);
+        let far = whole([0.2, PI - 0.1, 20.0, 0.0], &[0.2, 0.0, 20.0, 0.0]);
         assert!(far[0].abs() < 1e-12 && (far[1] - (PI - 0.1)).abs() < 1e-12);
+    }
+
+    /// An azimuth that was not measured does not say that the target is on the other side.
+    #[test]
+    fn without_an_azimuth_there_is_no_other_side() {
+        for azimuth in [0.0, 1.5, 2.8, -3.0] {
+            let expected = [1.3, azimuth, 20.0, 0.0];
+            let mut vectors = Vectors::whole([1.32, 0.0, 20.0, 0.0], [1.0; 4]);
+            assert_eq!(
+                innovations(&vectors, &expected)[0] > 0.03,
+                azimuth.abs() > 2.0
+            );
+            vectors.present[1] = 0.0;
+            assert!((innovations(&vectors, &expected)[0] - 0.02).abs() < 1e-12);
+        }
     }
 
     /// The same choice written with branches, for every pair of a grid that meets no tie.
@@ -301,7 +323,7 @@ mod tests {
                     let crossed = length(over) < length(direct) && over[0].abs() < 1.0;
                     others += u32::from(crossed);
                     let [e, a] = if crossed { over } else { direct };
-                    let got = innovations(&measured, &expected);
+                    let got = whole(measured, &expected);
                     for (got, expected) in got.into_iter().zip([e, a, -1.5, -3.0]) {
                         assert!((got - expected).abs() < 1e-9, "{measured:?} {got}");
                     }

@@ -188,7 +188,7 @@ impl Memoryless<'_, '_> {
         let spoilt = StepError::Correction(EkfError::NotFinite);
         let corrected = corrected(&ahead.position_m, &ahead.covariance_m2, &vectors)?;
         let expected = predict(ahead.position_m, [0.0; 3]).measurement;
-        let innovation = innovations(&vectors.measured, &expected);
+        let innovation = innovations(&vectors, &expected);
         Likelihood::new(
             innovation,
             &vectors,

@@ -358,7 +358,7 @@ impl Target {
     pub fn innovation(&self, vectors: &Vectors<f32>) -> [f32; 4] {
         let [x, y, z, ..] = self.state;
         let expected = radar::predict([x, y, z], self.velocity()).measurement;
-        radar::innovations(&vectors.measured, &expected)
+        radar::innovations(vectors, &expected)
     }
 
     /// Takes a correction.
