@@ -60,8 +60,8 @@ pub struct PositionEstimate {
     pub position_m: Vector3<f64>,
     /// Covariance of the position, m^2.
     pub covariance_m2: Matrix3<f64>,
-    /// Consistency of the reading with the prediction; `None` in a gap, at the start and for
-    /// methods that do not predict.
+    /// Consistency of the reading with the prediction, whether it was used or rejected; `None` in a gap, at a start and
+    /// for methods that do not predict.
     pub nis: Option<Nis>,
     /// What became of the reading; `None` in a gap and for methods without a gate, which use all.
     pub fate: Option<Fate>,

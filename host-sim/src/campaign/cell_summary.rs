@@ -40,7 +40,8 @@ pub struct CellSummary {
     pub reliability: [f64; NOMINAL.len()],
     /// NEES, averaged over flights at each step, against its chi-square bounds.
     pub nees_bounds: Bounds,
-    /// Mean NIS over its degrees of freedom (ideal 1); NaN for methods without innovations.
+    /// Mean NIS over its degrees of freedom of the readings that were used (ideal 1); NaN for methods without
+    /// innovations.
     pub nis_ratio: f64,
     /// NIS against its bounds.
     pub nis_bounds: Bounds,
@@ -135,7 +136,7 @@ impl CellAccount {
         let steps = || track.steps.iter();
         self.nees
             .add(steps().map(|step| Some(nees(step.mahalanobis_squared))));
-        self.nis.add(steps().map(StepRecord::nis));
+        self.nis.add(steps().map(StepRecord::nis_used));
         self.flights_not_tracked += usize::from(!track.is_tracked());
         self.errors_m[track.cluster].join(FlightSum::of(steps().map(|step| step.error_m)));
         self.squared[track.cluster]
@@ -207,6 +208,7 @@ mod tests {
 
     use super::{CellAccount, CellSummary, Track};
     use crate::campaign::step_record::StepRecord;
+    use crate::filter::Fate;
     use crate::method::Method;
     use crate::scenario::radar::Condition;
 
@@ -245,6 +247,23 @@ mod tests {
 
     fn summary(account: &CellAccount) -> CellSummary {
         account.summary(Method::Imm5, CONDITION, None, 1)
+    }
+
+    /// A gate that keeps a reading out has an innovation for the record, not for the mean.
+    #[test]
+    fn what_is_rejected_does_not_count_as_an_innovation() {
+        let rejected = StepRecord {
+            fate: Some(Fate::Rejected),
+            nis: Some((8e6, 4)),
+            ..step(2.0, false, 1.0)
+        };
+        let steps = [step(1.0, false, 1.0), rejected, step(3.0, false, 1.0)];
+        let track = Track {
+            steps: &steps,
+            fold: 0,
+            cluster: 0,
+        };
+        assert_eq!(summary(&account(&[track], 1, 1)).nis_ratio, 2.0);
     }
 
     #[test]

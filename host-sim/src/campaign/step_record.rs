@@ -140,9 +140,11 @@ impl StepRecord {
         }
     }
 
-    /// Its innovation, where the method has one.
-    pub fn nis(&self) -> Option<Nis> {
-        self.nis.map(|(value, degrees)| Nis {
+    /// The innovation of a reading that the method used, where it has one: what a gate kept out tells nothing of how
+    /// honest the method's own innovations are.
+    pub fn nis_used(&self) -> Option<Nis> {
+        let (value, degrees) = self.nis.filter(|_| self.fate != Some(Fate::Rejected))?;
+        Some(Nis {
             value,
             degrees: usize::from(degrees),
         })

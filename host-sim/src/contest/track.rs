@@ -156,11 +156,11 @@ pub(super) fn score_or_hold(
     )
 }
 
-/// The reading in Cartesian coordinates, with its range sigma on every axis.
+/// The reading in Cartesian coordinates, with its range sigma on every axis; what it lacks counts as zero.
 fn place_of(reading: &Reading) -> PositionEstimate {
     let [elevation, azimuth, range, _] = reading.vectors().measured;
     PositionEstimate::new(
-        cartesian(elevation, azimuth, range),
+        cartesian(elevation, azimuth, range) + Vector3::from(reading.sensor.position_m),
         Matrix3::identity() * reading.vectors().sigmas[2].powi(2),
     )
 }
@@ -176,8 +176,9 @@ mod tests {
     use bnkf_model_export::flights::flight::Flight;
     use bnkf_model_export::radar::gaps::SamplingRate;
     use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
+    use bnkf_model_export::radar::pose::Pose;
     use bnkf_model_export::radar::reading::Reading;
-    use bnkf_model_export::radar::sampling::{RadarSettings, sample_radar};
+    use bnkf_model_export::radar::sampling::{RadarSettings, sample_radar, sample_radars};
     use nalgebra::{Matrix3, Vector3};
 
     use super::track;
@@ -257,16 +258,21 @@ mod tests {
 
     #[test]
     fn a_filter_that_never_starts_is_scored_at_the_first_reading() {
-        let (flight, readings) = flight();
-        let mut script = Script {
-            start: Err(FilterError::NotFinite),
-            answers: vec![Err(FilterError::NotStarted); 5],
-        };
-        let steps = track(&mut script, &flight, &readings);
-        assert!(steps.iter().all(|step| step.scored.diverged));
-        // The first reading has an error of a metre or so; the target moves five metres away.
-        let last = steps[4].scored.score.error_m;
-        assert!((last - 5.0).abs() < 4.0, "{last}");
-        assert_eq!(steps[4].covariance_m2, Matrix3::identity());
+        let settings =
+            RadarSettings::paper(NoiseLevel::Low, NoiseTable::Radians, SamplingRate::FULL, 1);
+        for radar_m in [[0.0; 3], [-20.0, 30.0, 2.0]] {
+            let (flight, _) = flight();
+            let readings = sample_radars(&flight, &settings, |_, _| Pose::at(radar_m));
+            let mut script = Script {
+                start: Err(FilterError::NotFinite),
+                answers: vec![Err(FilterError::NotStarted); 5],
+            };
+            let steps = track(&mut script, &flight, &readings);
+            assert!(steps.iter().all(|step| step.scored.diverged));
+            // The first reading has an error of a metre or so; the target moves five metres away.
+            let last = steps[4].scored.score.error_m;
+            assert!((last - 5.0).abs() < 4.0, "{radar_m:?} {last}");
+            assert_eq!(steps[4].covariance_m2, Matrix3::identity());
+        }
     }
 }

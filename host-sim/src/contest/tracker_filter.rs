@@ -40,12 +40,12 @@ impl<'a> TrackerFilter<'a> {
     ) -> Result<PositionEstimate, FilterError> {
         let estimate = answer.map_err(FilterError::Tracker)?;
         let corrected = self.tracker.tracker().settings().correction != Correction::None;
-        let nis = nis_of(&estimate, reading);
+        let nis = reading.and_then(|reading| nis_of(&estimate, reading));
         let (position_m, covariance_m2) = position(&estimate);
         Ok(PositionEstimate {
             position_m,
             covariance_m2,
-            nis: (corrected && estimate.mode == Mode::Tracking).then_some(nis),
+            nis: nis.filter(|_| corrected),
             fate: match estimate.mode {
                 Mode::Started | Mode::Tracking => Some(Fate::Used),
                 Mode::Rejected => Some(Fate::Rejected),
@@ -57,16 +57,16 @@ impl<'a> TrackerFilter<'a> {
     }
 }
 
-/// The NIS of an estimate that a reading met, with its degrees of freedom.
-pub fn nis_of(estimate: &Estimate, reading: Option<&Reading>) -> Nis {
-    Nis {
+/// The NIS of an estimate that `reading` met, used or not, with its degrees of freedom; a start met no prediction.
+pub fn nis_of(estimate: &Estimate, reading: &Reading) -> Option<Nis> {
+    matches!(estimate.mode, Mode::Tracking | Mode::Rejected).then(|| Nis {
         value: f64::from(estimate.nis),
         // A recursive filter measures its velocity too, and may lack a channel.
-        degrees: match (estimate.motion, reading) {
-            (Some(_), Some(reading)) => reading.measured(),
-            _ => 3,
+        degrees: match estimate.motion {
+            Some(_) => reading.measured(),
+            None => 3,
         },
-    }
+    })
 }
 
 impl Filter for TrackerFilter<'_> {

@@ -88,9 +88,10 @@ impl Answer {
     pub fn nis(&self) -> Option<Nis> {
         let estimate = self.estimate.as_ref().ok()?;
         let reading = self.plot.reading.as_ref()?;
-        let met = estimate.time_us == self.plot.time_us
-            && matches!(estimate.mode, Mode::Tracking | Mode::Rejected);
-        met.then(|| nis_of(estimate, Some(reading)))
+        if estimate.time_us != self.plot.time_us {
+            return None;
+        }
+        nis_of(estimate, reading)
     }
 
     /// A row of the table.

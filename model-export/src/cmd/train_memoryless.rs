@@ -184,7 +184,6 @@ pub fn train(run: &Run<'_>, args: &MemorylessArgs) -> Result<Outcome, TrainError
         return Ok(Outcome::Interrupted);
     }
     write(run, settings, source.source, &data, &training.state)?;
-    run.forget_checkpoint()?;
     Ok(Outcome::Written)
 }
 
@@ -290,6 +289,8 @@ fn write(
     atomic_file::write(&provenance::path_beside(run.out), json.as_bytes())?;
     // The blob last: a new one is never without the files beside it.
     atomic_file::write(run.out, &blob)?;
+    // Before what a closed pipe may refuse.
+    run.forget_checkpoint()?;
     let mut out = std::io::stdout().lock();
     writeln!(
         out,

@@ -126,7 +126,6 @@ pub fn train(run: &Run<'_>, args: &RecursiveArgs) -> Result<Outcome, TrainError>
         return Ok(Outcome::Interrupted);
     }
     write(run, scenario, &named, &training)?;
-    run.forget_checkpoint()?;
     Ok(Outcome::Written)
 }
 
@@ -215,6 +214,8 @@ pub fn write(
     atomic_file::write(&path_beside(run.out), json.as_bytes())?;
     // The blob last: a new one is never without the files beside it.
     atomic_file::write(run.out, &blob)?;
+    // Before what a closed pipe may refuse.
+    run.forget_checkpoint()?;
     let mut out = std::io::stdout().lock();
     writeln!(
         out,

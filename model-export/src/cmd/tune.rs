@@ -137,7 +137,6 @@ pub fn run(args: &Args) -> Result<Outcome, TrainError> {
             return Ok(Outcome::Interrupted);
         }
         write(&run, scenario, &named, &training)?;
-        run.forget_checkpoint()?;
         Ok(Outcome::Written)
     })
 }
