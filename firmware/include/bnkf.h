@@ -167,7 +167,8 @@ enum BnkfStatus
   BNKF_STATUS_CORRECTION_NOT_FINITE = 119,
   // A covariance is not positive definite.
   BNKF_STATUS_CORRECTION_NOT_POSITIVE_DEFINITE = 120,
-  // The track was given up; the next measurement starts a new one.
+  // Nothing is known of the target at that time. After a coast the track was given up, and the next measurement starts a
+  // new one; after forecasts or a likelihood it is as it was.
   BNKF_STATUS_LOST = 121,
   // The model is of another kind than the track.
   BNKF_STATUS_OTHER_KIND = 144,
@@ -476,7 +477,7 @@ BnkfStatus bnkf_track_coast(struct BnkfTrack *track,
                             struct BnkfEstimate *estimate);
 
 // Where the target will be at `count` times, which lie in order; the track stays as it is. Refused, some of
-// the forecasts may have been written.
+// the forecasts may have been written. `BNKF_STATUS_LOST`: one of them would be unsure by more than 100 km.
 //
 // # Safety
 // As of `bnkf_track_step`; `times_us` points to `count` times and `forecasts` to room for as many estimates.

@@ -19,8 +19,8 @@ use crate::tracker::{TRACKER_BYTES_MAX, Tracker};
 
 /// How late a measurement may be, microseconds behind the newest time: half a second.
 pub const LATE_MAX_US: u64 = 500_000;
-/// Calls that are kept at most: up to 40 a second every measurement is taken that is not later than
-/// [`LATE_MAX_US`]; with more the oldest are let go sooner.
+/// Calls that are kept at most: where they come evenly, fewer than 40 a second, every measurement is taken that is not
+/// later than [`LATE_MAX_US`]; of more, or of a burst, the oldest are let go sooner.
 pub const CALLS_MAX: usize = 40;
 
 /// A [`Tracker`] and what it needs to be asked again.

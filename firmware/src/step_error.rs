@@ -98,7 +98,7 @@ impl core::fmt::Display for StepError {
             Self::OtherModel => f.write_str("the track runs on another model"),
             Self::NetworkNotFinite => f.write_str("the network's output is not finite"),
             Self::Correction(error) => write!(f, "correction: {error}"),
-            Self::Lost => f.write_str("the track was given up: nothing is known of it any more"),
+            Self::Lost => f.write_str("nothing is known of the target at that time"),
         }
     }
 }

@@ -98,6 +98,8 @@ fn an_interrupted_run_continues_to_the_same_bytes() {
         text(&other.stderr)
     );
 
+    let checkpoint = folder.join("part.bnkf.checkpoint");
+    let interrupted = std::fs::read(&checkpoint).unwrap();
     let resumed = train(folder, "part.bnkf", &["--resume"]);
     assert!(resumed.status.success(), "{}", text(&resumed.stderr));
     for ending in ["", ".f32"] {
@@ -107,7 +109,20 @@ fn an_interrupted_run_continues_to_the_same_bytes() {
     let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
     let whole = read("whole.bnkf.json").replace("whole.bnkf --threads 2", "part.bnkf");
     assert_eq!(whole, read("part.bnkf.json"));
-    assert!(!folder.join("part.bnkf.checkpoint").exists());
+    assert!(!checkpoint.exists());
+
+    // Whoever reads the output goes away: the run is finished all the same.
+    std::fs::write(&checkpoint, interrupted).unwrap();
+    let arguments = small("part.bnkf", &["--resume"]);
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let mut unheard = model_export(folder, &arguments)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    drop(unheard.stdout.take());
+    unheard.wait().unwrap();
+    assert!(!checkpoint.exists());
 }
 
 #[test]

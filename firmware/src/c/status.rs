@@ -145,7 +145,8 @@ pub enum BnkfStatus {
     CorrectionNotFinite = 119,
     /// A covariance is not positive definite.
     CorrectionNotPositiveDefinite = 120,
-    /// The track was given up; the next measurement starts a new one.
+    /// Nothing is known of the target at that time. After a coast the track was given up, and the next measurement starts a
+    /// new one; after forecasts or a likelihood it is as it was.
     Lost = 121,
 
     /// The model is of another kind than the track.

@@ -89,7 +89,7 @@ pub unsafe extern "C" fn bnkf_track_coast(
 }
 
 /// Where the target will be at `count` times, which lie in order; the track stays as it is. Refused, some of
-/// the forecasts may have been written.
+/// the forecasts may have been written. `BNKF_STATUS_LOST`: one of them would be unsure by more than 100 km.
 ///
 /// # Safety
 /// As of `bnkf_track_step`; `times_us` points to `count` times and `forecasts` to room for as many estimates.

@@ -192,7 +192,7 @@ pub enum RefusalCode {
     Repeated,
     /// Time went back, or jumped too far ahead.
     Time,
-    /// The track was given up: nothing is known of it any more.
+    /// Nothing is known of the target at that time; after a coast the track was given up.
     Lost,
     /// The arithmetic gave no usable estimate.
     Numerical,
@@ -240,7 +240,7 @@ impl core::fmt::Display for RefusalCode {
             Self::Measurement => "the measurement cannot be used",
             Self::Repeated => "the measurement was sent before",
             Self::Time => "time went back or jumped too far ahead",
-            Self::Lost => "the track was given up",
+            Self::Lost => "nothing is known of the target at that time",
             Self::Numerical => "no usable estimate came out",
         })
     }

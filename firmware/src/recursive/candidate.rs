@@ -1,9 +1,8 @@
-//! A second track beside the first: made of measurements that the first one rejects.
+//! A second track beside the first: made of measurements that the first one rejects, or uses as probably wrong.
 //!
-//! One rejected measurement is an outlier; several that agree with each other are a target. The
-//! candidate starts from a rejected measurement and takes in those of the following ones that fit
-//! it. When enough have, and the first track has had none meanwhile, it takes over. The old track
-//! then is the candidate: it may have been right, and it comes back if measurements that the new
+//! One such measurement is an outlier; several that agree with each other are a target. The
+//! candidate starts from one and takes in those of the following ones that fit it. When enough have, and the first
+//! track has believed none meanwhile, it takes over. The old track then is the candidate: it may have been right, and it comes back if measurements that the new
 //! one rejects agree with it and it has the longer record. So scattered false alarms never steal a
 //! track, and a ghost that did does not keep it.
 //!

@@ -85,15 +85,20 @@ impl<F: Filter + Clone> Filter for Gated<F> {
             return self.track.step(time_us, None);
         };
         let mut after = self.track.clone();
-        let estimate = after.step(time_us, Some(reading))?;
-        if estimate.nis_is_below(GATE_NIS) {
-            self.track = after;
-            self.rejections = 0;
-            return Ok(PositionEstimate {
-                fate: Some(Fate::Used),
-                ..estimate
-            });
-        }
+        let nis = match after.step(time_us, Some(reading)) {
+            Ok(estimate) if estimate.nis_is_below(GATE_NIS) => {
+                self.track = after;
+                self.rejections = 0;
+                return Ok(PositionEstimate {
+                    fate: Some(Fate::Used),
+                    ..estimate
+                });
+            }
+            Ok(estimate) => estimate.nis,
+            // A correction that comes to nothing is one that the firmware rejects.
+            Err(FilterError::NotFinite | FilterError::NotPositiveDefinite) => None,
+            Err(error) => return Err(error),
+        };
         let coasted = self.track.step(time_us, None)?;
         self.rejections = self.rejections.saturating_add(1);
         if let Some(taken_over) = self.replaced(reading) {
@@ -104,7 +109,7 @@ impl<F: Filter + Clone> Filter for Gated<F> {
             });
         }
         Ok(PositionEstimate {
-            nis: estimate.nis,
+            nis,
             fate: Some(Fate::Rejected),
             ..coasted
         })
@@ -119,13 +124,15 @@ impl<F: Filter + Clone> Filter for Gated<F> {
 pub(super) mod tests {
     use bnkf_model_export::radar::pose::Pose;
     use bnkf_model_export::radar::reading::Reading;
-    use nalgebra::Vector3;
+    use nalgebra::{Matrix3, Vector3};
 
     use super::Gated;
     use crate::baseline::imm::Imm;
     use crate::baseline::origin::Origin;
     use crate::baseline::prior::tests::PRIOR;
-    use crate::filter::{Fate, Filter, PositionEstimate, Start};
+    use crate::filter::{
+        Fate, Filter, FilterError, Forecasts, HORIZONS_US, PositionEstimate, Start,
+    };
 
     /// A target that stands 30 m away.
     pub fn reading(time_us: u64, azimuth_rad: f64) -> Reading {
@@ -186,6 +193,46 @@ pub(super) mod tests {
         let bearing_rad = anew.position_m.y.atan2(anew.position_m.x);
         assert!((bearing_rad - 2.0).abs() < 0.02, "{bearing_rad}");
         assert_eq!(fates(&mut gated, 23, &[2.0; 3]), [Fate::Used; 3]);
+    }
+
+    /// Stays in the origin, and cannot be corrected by what is in the south.
+    #[derive(Clone, Debug)]
+    struct Brittle;
+
+    impl Filter for Brittle {
+        fn start(&mut self, _: &Start<'_>) -> Result<PositionEstimate, FilterError> {
+            Ok(PositionEstimate::new(Vector3::zeros(), Matrix3::identity()))
+        }
+
+        fn step(
+            &mut self,
+            _: u64,
+            reading: Option<&Reading>,
+        ) -> Result<PositionEstimate, FilterError> {
+            match reading {
+                Some(reading) if reading.azimuth_rad < 0.0 => Err(FilterError::NotPositiveDefinite),
+                _ => Ok(PositionEstimate::new(Vector3::zeros(), Matrix3::identity())),
+            }
+        }
+
+        fn forecast(&mut self, _: &[u64; HORIZONS_US.len()]) -> Result<Forecasts, FilterError> {
+            Err(FilterError::NotFinite)
+        }
+    }
+
+    #[test]
+    fn a_correction_that_fails_rejects_its_reading() {
+        let mut gated = Gated::new(Brittle, PRIOR.range_m.sigma);
+        let start = Start {
+            reading: &reading(0, 0.0),
+            true_position_m: Vector3::zeros(),
+            true_velocity_mps: Vector3::zeros(),
+        };
+        gated.start(&start).unwrap();
+        let rejected = gated.step(100_000, Some(&reading(100_000, -1.0))).unwrap();
+        assert_eq!((rejected.fate, rejected.nis), (Some(Fate::Rejected), None));
+        let used = gated.step(200_000, Some(&reading(200_000, 1.0))).unwrap();
+        assert_eq!(used.fate, Some(Fate::Used));
     }
 
     #[test]

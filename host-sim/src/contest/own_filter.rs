@@ -52,6 +52,15 @@ impl OwnFilter {
     }
 
     /// The same without forecasts: none is asked for, and it takes no part in their table.
+    ///
+    /// ```
+    /// use bnkf_host_sim::contest::own_filter::OwnFilter;
+    /// use bnkf_host_sim::own_name::OwnName;
+    ///
+    /// let name = OwnName::new("mine").expect("letters");
+    /// let own = OwnFilter::new(name, |_, _, _| unreachable!("not asked here"));
+    /// assert!(own.has_forecasts() && !own.without_forecasts().has_forecasts());
+    /// ```
     #[must_use]
     pub fn without_forecasts(self) -> Self {
         Self {

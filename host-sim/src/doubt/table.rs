@@ -81,7 +81,7 @@ pub fn csv(rows: &[Row]) -> Vec<u8> {
         ];
         let mut fields = vec![row.world.clone(), row.noise.to_string(), row.entry.clone()];
         fields.extend(numbers.map(number));
-        fields.push(surprise.flights.to_string());
+        fields.push(surprise.clusters.to_string());
         fields
     };
     csv_text::csv(&header, rows.iter().map(row))

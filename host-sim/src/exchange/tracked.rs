@@ -1,6 +1,6 @@
 //! What the firmware's tracker says of plots without a truth beside them.
 
-use bnkf::{Estimate, LateTracker, Measurement, Mode, Settings, StepError, Tracker, TrackerError};
+use bnkf::{Estimate, LateTracker, Measurement, Settings, StepError, Tracker, TrackerError};
 
 use super::plots::{Plot, Target};
 use crate::contest::model::Model;

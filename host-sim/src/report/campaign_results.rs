@@ -307,7 +307,7 @@ fn comparisons_csv(comparisons: &[Comparison]) -> Vec<u8> {
         "low_m",
         "high_m",
         "a_wins",
-        "flights",
+        "clusters",
     ];
     let row = |comparison: &Comparison| {
         let mut row = place(&comparison.condition, comparison.a);
@@ -356,7 +356,7 @@ fn forecast_comparisons_csv(comparisons: &[ForecastComparison]) -> Vec<u8> {
         "low_m",
         "high_m",
         "a_wins",
-        "flights",
+        "clusters",
     ];
     let row = |comparison: &ForecastComparison| {
         let mut row = place(&comparison.condition, comparison.a);
@@ -368,11 +368,11 @@ fn forecast_comparisons_csv(comparisons: &[ForecastComparison]) -> Vec<u8> {
     csv(&header, comparisons.iter().map(row))
 }
 
-/// Difference, interval, wins, flights.
+/// Difference, interval, wins, clusters.
 fn difference(ed_m: &PairedDifference) -> Vec<String> {
     let numbers = [ed_m.difference, ed_m.interval.low, ed_m.interval.high];
     let mut row = numbers.map(number).to_vec();
-    row.extend([ed_m.wins, ed_m.flights].map(|count| count.to_string()));
+    row.extend([ed_m.wins, ed_m.clusters].map(|count| count.to_string()));
     row
 }
 

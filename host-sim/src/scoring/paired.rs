@@ -9,21 +9,21 @@ use crate::scoring::bootstrap::{FlightSum, Interval, interval_95, mean};
 pub struct PairedDifference {
     /// Mean of `a - b` over all steps; negative if `a` is smaller.
     pub difference: f64,
-    /// Its 95% interval, by flight.
+    /// Its 95% interval, by cluster.
     pub interval: Interval,
-    /// Flights on which `a` is smaller.
+    /// Clusters on which `a` is smaller.
     pub wins: u64,
-    /// Flights compared.
-    pub flights: u64,
+    /// Clusters compared: what is drawn together, all runs of a flight or all flights of a recording.
+    pub clusters: u64,
 }
 
 impl PairedDifference {
-    /// Compares per-flight sums of the same steps.
+    /// Compares sums of the same steps, cluster by cluster.
     ///
     /// # Panics
-    /// If the two do not hold the same flights with the same numbers of steps.
+    /// If the two do not hold the same clusters with the same numbers of steps.
     pub fn new(a: &[FlightSum], b: &[FlightSum], seed: u64) -> Self {
-        assert_eq!(a.len(), b.len(), "the same flights");
+        assert_eq!(a.len(), b.len(), "the same clusters");
         let differences: Vec<_> = a
             .iter()
             .zip(b)
@@ -38,8 +38,8 @@ impl PairedDifference {
         Self {
             difference: mean(&differences),
             interval: interval_95(&differences, seed),
-            wins: differences.iter().filter(|flight| flight.sum < 0.0).count() as u64,
-            flights: differences.len() as u64,
+            wins: differences.iter().filter(|own| own.sum < 0.0).count() as u64,
+            clusters: differences.iter().filter(|own| own.count > 0).count() as u64,
         }
     }
 
@@ -81,7 +81,7 @@ mod tests {
             paired.difference
         );
         assert!(paired.decided() && paired.interval.high < 0.0);
-        assert!(paired.wins > 30 && paired.flights == 40);
+        assert!(paired.wins > 30 && paired.clusters == 40);
         let swapped = PairedDifference::new(&b, &a, 1);
         assert_eq!(swapped.difference, -paired.difference);
     }
