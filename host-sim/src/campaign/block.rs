@@ -191,7 +191,6 @@ impl Account {
 
 #[cfg(test)]
 mod tests {
-    use bnkf_model_export::flights::flight::Motion;
     use bnkf_model_export::radar::gaps::SamplingRate;
     use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 
@@ -212,19 +211,7 @@ mod tests {
     const ON: [TunedOn; 2] = [TunedOn::Generated, TunedOn::Both];
 
     fn track(method: Method, tuned_on: Option<TunedOn>, error_m: f64) -> MethodSteps {
-        let step = |time_s: f64| StepRecord {
-            time_s,
-            in_gap: false,
-            diverged: false,
-            fate: None,
-            not_tracked: false,
-            outside: false,
-            error_m: error_m * time_s,
-            mahalanobis_squared: 3.0,
-            det_p_m6: 1.0,
-            nis: None,
-            motion: Motion::default(),
-        };
+        let step = |time_s: f64| StepRecord::of_test(time_s, error_m * time_s);
         MethodSteps {
             method,
             tuned_on,

@@ -220,20 +220,14 @@ mod tests {
 
     fn step(time_s: f64, in_gap: bool, error_m: f64) -> StepRecord {
         StepRecord {
-            time_s,
             in_gap,
-            diverged: false,
-            fate: None,
-            not_tracked: false,
-            outside: false,
-            error_m,
             mahalanobis_squared: error_m * error_m,
-            det_p_m6: 1.0,
             nis: (!in_gap).then_some((8.0, 4)),
             motion: Motion {
                 speed_mps: time_s,
                 acceleration_mps2: 0.0,
             },
+            ..StepRecord::of_test(time_s, error_m)
         }
     }
 

@@ -155,3 +155,23 @@ impl StepRecord {
         Phase::of(self.time_s, self.in_gap)
     }
 }
+
+#[cfg(test)]
+impl StepRecord {
+    /// A step of a still target that is as far off as it says, one of a track that goes on.
+    pub fn of_test(time_s: f64, error_m: f64) -> Self {
+        Self {
+            time_s,
+            in_gap: false,
+            diverged: false,
+            fate: None,
+            not_tracked: false,
+            outside: false,
+            error_m,
+            mahalanobis_squared: 3.0,
+            det_p_m6: 1.0,
+            nis: None,
+            motion: Motion::default(),
+        }
+    }
+}

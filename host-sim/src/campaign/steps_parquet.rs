@@ -224,13 +224,10 @@ mod tests {
         ];
         let flight = Flight::from_track("a#1", "a.csv", &rows).unwrap();
         let step = |time_s: f64, nis: Option<(f64, u8)>| StepRecord {
-            time_s,
             in_gap: nis.is_none(),
-            diverged: false,
             fate: nis.map(|_| Fate::Rejected),
             not_tracked: nis.is_none(),
             outside: nis.is_some(),
-            error_m: 0.1 + time_s,
             mahalanobis_squared: 3.5,
             det_p_m6: 1e-8,
             nis,
@@ -238,6 +235,7 @@ mod tests {
                 speed_mps: 2.0 * time_s,
                 acceleration_mps2: 7.5,
             },
+            ..StepRecord::of_test(time_s, 0.1 + time_s)
         };
         let steps = vec![step(1.0, Some((4.25, 4))), step(2.0, None)];
         let estimate = |x: f64| EstimateRecord {
@@ -339,19 +337,7 @@ mod tests {
     fn what_waits_in_memory_is_bounded() {
         let rows = [0.0, 1.0, 2.0].map(|t| [t, 1.0 + t, 2.0, 3.0]);
         let flight = Flight::from_track("a#1", "a.csv", &rows).unwrap();
-        let step = StepRecord {
-            time_s: 1.0,
-            in_gap: false,
-            diverged: false,
-            fate: None,
-            not_tracked: false,
-            outside: false,
-            error_m: 1.0,
-            mahalanobis_squared: 1.0,
-            det_p_m6: 1.0,
-            nis: None,
-            motion: Motion::default(),
-        };
+        let step = StepRecord::of_test(1.0, 1.0);
         let condition = Condition {
             table: NoiseTable::Printed,
             noise: NoiseLevel::High,

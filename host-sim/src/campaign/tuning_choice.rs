@@ -89,7 +89,6 @@ pub fn keep_chosen(
 
 #[cfg(test)]
 mod tests {
-    use bnkf_model_export::flights::flight::Motion;
     use bnkf_model_export::radar::gaps::SamplingRate;
     use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 
@@ -107,23 +106,10 @@ mod tests {
     };
 
     fn track(method: Method, tuned_on: Option<TunedOn>, error_m: f64) -> MethodSteps {
-        let step = StepRecord {
-            time_s: 1.0,
-            in_gap: false,
-            diverged: false,
-            fate: None,
-            not_tracked: false,
-            outside: false,
-            error_m,
-            mahalanobis_squared: 3.0,
-            det_p_m6: 1.0,
-            nis: None,
-            motion: Motion::default(),
-        };
         MethodSteps {
             method,
             tuned_on,
-            steps: vec![step],
+            steps: vec![StepRecord::of_test(1.0, error_m)],
             estimates: Vec::new(),
             forecasts: Vec::new(),
         }

@@ -137,7 +137,7 @@ impl Campaign {
 
 #[cfg(test)]
 mod tests {
-    use bnkf_model_export::flights::flight::{Flight, Motion};
+    use bnkf_model_export::flights::flight::Flight;
     use bnkf_model_export::scoring::step_score::StepScore;
 
     use super::{MethodSteps, StepRecord, Unit};
@@ -147,19 +147,7 @@ mod tests {
     /// What reads as a unit and cannot be this flight's would be a panic later, or a false table.
     #[test]
     fn a_unit_of_another_flight_is_noticed() {
-        let step = StepRecord {
-            time_s: 1.0,
-            in_gap: false,
-            diverged: false,
-            fate: None,
-            not_tracked: false,
-            outside: false,
-            error_m: 1.0,
-            mahalanobis_squared: 3.0,
-            det_p_m6: 1.0,
-            nis: None,
-            motion: Motion::default(),
-        };
+        let step = StepRecord::of_test(1.0, 1.0);
         let unit = |steps: usize, horizon: usize| Unit {
             tracks: vec![MethodSteps {
                 method: Method::Ekf,
