@@ -6,6 +6,7 @@ pub mod flights;
 pub mod import;
 pub mod inspect;
 pub mod moments;
+mod number_within;
 pub mod remarks;
 mod rounding;
 pub mod stress;

@@ -1,6 +1,7 @@
 //! `model-export train --kind recursive`: trains the recursive estimator and writes its blob.
 
 use super::flight_source::{FlightSourceError, NamedFlights};
+use super::number_within::within;
 use super::train::{Outcome, Run, TrainError};
 use super::tunable_file;
 use crate::atomic_file;
@@ -55,7 +56,7 @@ pub struct RecursiveArgs {
     weighing: Weighing,
     /// Weight of the distance, in standard deviations, beside the likelihood; 0 trains by likelihood
     /// alone
-    #[arg(long, value_name = "WEIGHT", default_value_t = Recipe::DEFAULT.distance_weight, value_parser = weight)]
+    #[arg(long, value_name = "WEIGHT", default_value_t = Recipe::DEFAULT.distance_weight, value_parser = within(0.0..=WEIGHT_MAX, "a weight"))]
     distance_weight: f64,
 }
 
@@ -75,14 +76,6 @@ impl RecursiveArgs {
         ]
         .into_iter()
         .find_map(|(option, given)| given.then_some(option))
-    }
-}
-
-fn weight(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(weight) if (0.0..=WEIGHT_MAX).contains(&weight) => Ok(weight),
-        Ok(_) => Err(format!("a weight is 0 to {WEIGHT_MAX}")),
-        Err(error) => Err(error.to_string()),
     }
 }
 

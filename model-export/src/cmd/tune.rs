@@ -1,6 +1,7 @@
 //! `model-export tune`: goes on training a shipped model on a user's own flights.
 
 use super::flight_source::FlightSource;
+use super::number_within::within;
 use super::remarks;
 use super::train::{Outcome, Run, TrainError, check_paths, checkpoint_path, threads};
 use super::train_recursive::{built_in, complete, write};
@@ -33,17 +34,17 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = EPISODES, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     episodes: u64,
     /// Highest learning rate
-    #[arg(long, value_name = "RATE", default_value_t = RATE, value_parser = rate)]
+    #[arg(long, value_name = "RATE", default_value_t = RATE, value_parser = within(1e-7..=1e-2, "a learning rate"))]
     rate: f64,
     /// How far the tuned model goes from the shipped weights to the trained ones, 0 to 1: all the way
     /// it knows most of your flights and least of all others
-    #[arg(long, value_name = "SHARE", default_value_t = BLEND, value_parser = blend)]
+    #[arg(long, value_name = "SHARE", default_value_t = BLEND, value_parser = within(0.0..=1.0, "a share of the way"))]
     blend: f64,
     /// What holds the weights where they were, beside the built-in flights
     #[arg(long, value_enum, default_value_t = Hold::Nothing)]
     hold: Hold,
     /// Share of every batch that is built-in flights
-    #[arg(long, value_name = "SHARE", default_value_t = REHEARSAL, value_parser = share)]
+    #[arg(long, value_name = "SHARE", default_value_t = REHEARSAL, value_parser = within(0.0..=0.95, "a share"))]
     rehearsal: f64,
     /// Continues from OUT.checkpoint; everything else as in the interrupted command
     #[arg(long)]
@@ -54,30 +55,6 @@ pub struct Args {
     /// Threads; their number does not change the result [default: all cores, at most 2]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..))]
     threads: Option<u8>,
-}
-
-fn rate(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(rate) if (1e-7..=1e-2).contains(&rate) => Ok(rate),
-        Ok(_) => Err("a learning rate is 1e-7 to 1e-2".to_owned()),
-        Err(error) => Err(error.to_string()),
-    }
-}
-
-fn share(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(share) if (0.0..=0.95).contains(&share) => Ok(share),
-        Ok(_) => Err("a share is 0 to 0.95".to_owned()),
-        Err(error) => Err(error.to_string()),
-    }
-}
-
-fn blend(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(share) if (0.0..=1.0).contains(&share) => Ok(share),
-        Ok(_) => Err("a share of the way is 0 to 1".to_owned()),
-        Err(error) => Err(error.to_string()),
-    }
 }
 
 /// Runs the command.
@@ -139,25 +116,4 @@ pub fn run(args: &Args) -> Result<Outcome, TrainError> {
         write(&run, scenario, &named, &training)?;
         Ok(Outcome::Written)
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rates_and_shares_have_bounds() {
-        assert_eq!(rate("2e-4"), Ok(2e-4));
-        assert_eq!(share("0.95"), Ok(0.95));
-        assert_eq!((blend("0"), blend("1")), (Ok(0.0), Ok(1.0)));
-        for text in ["-0.1", "1.01", "NaN", "all"] {
-            assert!(blend(text).is_err(), "{text}");
-        }
-        for text in ["0", "-1e-4", "0.02", "NaN", "inf", "fast"] {
-            assert!(rate(text).is_err(), "{text}");
-        }
-        for text in ["-0.1", "0.96", "NaN", "half"] {
-            assert!(share(text).is_err(), "{text}");
-        }
-    }
 }
