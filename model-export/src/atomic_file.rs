@@ -12,6 +12,8 @@ use std::path::{Path, PathBuf};
 /// What must fit into the folder of an output before the work begins, bytes: more than a blob and
 /// all that lies beside it.
 const ROOM_BYTES: usize = 1 << 20;
+/// Beginning of the names of temporary files: hidden, so that nothing takes them for inputs.
+const PREFIX: &str = ".bnkf-";
 
 /// Writing a file failed, or would fail.
 #[derive(Debug, thiserror::Error)]
@@ -102,37 +104,38 @@ pub(crate) fn check_place(path: &Path) -> Result<(), Error> {
 
 /// Writes a megabyte into `folder` and takes it away again.
 fn try_folder(folder: &Path) -> Result<(), Error> {
-    let mut file = temporary(folder)?;
+    let mut file = temporary(folder, PREFIX)?;
+    let file = file.as_file_mut();
     file.write_all(&vec![0; ROOM_BYTES])?;
     // Some file systems notice only now that they are full.
-    file.as_file().sync_data()
+    file.sync_data()
 }
 
-fn temporary(folder: &Path) -> Result<tempfile::NamedTempFile, Error> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".bnkf-");
-    // A temporary file is private by default; a result is as readable as any other file.
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
-    builder.tempfile_in(folder).map_err(|error| {
-        // Without the temporary file's name, which says nothing to anybody.
-        match error.raw_os_error() {
-            Some(code) => Error::from_raw_os_error(code),
-            None => error
-                .get_ref()
-                .and_then(|inner| inner.source()?.downcast_ref::<Error>()?.raw_os_error())
-                .map_or(error, Error::from_raw_os_error),
-        }
-    })
+/// A file of a name that nobody else has, `prefix` and a few random letters, which goes away unless it is renamed.
+///
+/// Its errors are the system's: those of tempfile name the temporary file, which says nothing to anybody. For the
+/// same reason it is written to through [`tempfile::NamedTempFile::as_file_mut`].
+pub(crate) fn temporary(folder: &Path, prefix: &str) -> Result<tempfile::NamedTempFile, Error> {
+    let mut cause = None;
+    let open = |path: &Path| {
+        // As readable as any other file, not private as a temporary one; a link there is not followed.
+        let mut options = std::fs::OpenOptions::new();
+        let file = options.read(true).write(true).create_new(true).open(path);
+        file.map_err(|error| {
+            cause = error.raw_os_error();
+            error
+        })
+    };
+    let made = tempfile::Builder::new()
+        .prefix(prefix)
+        .make_in(folder, open);
+    made.map_err(|error| cause.map_or(error, Error::from_raw_os_error))
 }
 
 fn write_and_rename(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     check_place(path)?;
-    let mut file = temporary(folder_of(path))?;
-    file.write_all(bytes)?;
+    let mut file = temporary(folder_of(path), PREFIX)?;
+    file.as_file_mut().write_all(bytes)?;
     // Without this a power cut can leave the new name on an empty file.
     file.as_file().sync_all()?;
     // Again: the work between took its time.
@@ -246,10 +249,14 @@ mod tests {
         assert!(refused(&path(&"x".repeat(300))).contains("cannot write: "));
         // Not even root makes files there.
         #[cfg(target_os = "linux")]
-        assert!(
-            refused(Path::new("/proc/self/m.bnkf"))
-                .starts_with("/proc/self/m.bnkf: cannot write: ")
-        );
+        for path in ["/proc/self/m.bnkf", "/proc/m.bnkf"] {
+            let refused = refused(Path::new(path));
+            assert!(
+                refused.starts_with(&format!("{path}: cannot write: ")),
+                "{refused}"
+            );
+            assert!(!refused.contains(".bnkf-"), "{refused}");
+        }
     }
 
     /// Where root may mount a file system of 64 KB.
