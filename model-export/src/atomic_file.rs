@@ -2,8 +2,8 @@
 //!
 //! The bytes go to a temporary file in the same folder, which then takes the final name: a crash, a
 //! kill or a full disk leaves the old file, or none, and never half a file. Only regular files are
-//! replaced: not a device, not a folder, and not a symbolic link, which would be lost. What cannot
-//! be written is found out by [`check`] before the work.
+//! replaced: not a device, not a folder, and not a symbolic link, which would be lost; and no file that the
+//! same command reads. What cannot be written is found out by [`check`] before the work.
 
 use crate::regular_file::kind;
 use std::io::{Error, ErrorKind, Write};
@@ -38,12 +38,14 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), AtomicWriteError> {
     })
 }
 
-/// Finds out whether [`write()`] can write every one of `paths`. Leaves nothing behind.
+/// Finds out whether [`write()`] can write every one of `paths` for a command that reads `inputs`. Leaves nothing
+/// behind.
 ///
 /// # Errors
 /// The first path for which it cannot; the folder has no room for a megabyte; a file is protected
-/// against writing.
-pub fn check<P: AsRef<Path>>(paths: &[P]) -> Result<(), AtomicWriteError> {
+/// against writing, or as [`check_inputs`].
+pub fn check<P: AsRef<Path>>(paths: &[P], inputs: &[PathBuf]) -> Result<(), AtomicWriteError> {
+    check_inputs(paths, inputs)?;
     let mut tried: Vec<&Path> = Vec::new();
     for path in paths {
         let path = path.as_ref();
@@ -59,6 +61,47 @@ pub fn check<P: AsRef<Path>>(paths: &[P]) -> Result<(), AtomicWriteError> {
         }
     }
     Ok(())
+}
+
+/// Finds out whether one of `paths` is one of `inputs`, which would be lost: by another spelling or through a link, too.
+///
+/// # Errors
+/// The first that is.
+pub fn check_inputs<P: AsRef<Path>>(
+    paths: &[P],
+    inputs: &[PathBuf],
+) -> Result<(), AtomicWriteError> {
+    let inputs: Vec<_> = inputs
+        .iter()
+        .filter_map(|input| Some((identity(input)?, input)))
+        .collect();
+    for path in paths {
+        let path = path.as_ref();
+        // What is not there yet is no input.
+        let Some(own) = identity(path) else { continue };
+        if let Some((_, input)) = inputs.iter().find(|(other, _)| *other == own) {
+            let cause = format!("it is an input of this command, {}", input.display());
+            return Err(AtomicWriteError {
+                path: path.to_owned(),
+                cause: Error::new(ErrorKind::AlreadyExists, cause),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// What two paths to the same file have in common: device and number.
+#[cfg(unix)]
+fn identity(path: &Path) -> Option<(u64, u64)> {
+    use std::os::unix::fs::MetadataExt;
+    let status = std::fs::metadata(path).ok()?;
+    Some((status.dev(), status.ino()))
+}
+
+/// What two paths to the same file have in common.
+#[cfg(not(unix))]
+fn identity(path: &Path) -> Option<PathBuf> {
+    path.canonicalize().ok()
 }
 
 pub(crate) fn folder_of(path: &Path) -> &Path {
@@ -221,7 +264,7 @@ mod tests {
                 "{}: cannot write: {kind} is there, and only a regular file is replaced",
                 path(name).display()
             );
-            let refused = check(&[path(name)]).unwrap_err().to_string();
+            let refused = check(&[path(name)], &[]).unwrap_err().to_string();
             assert_eq!(refused, expected);
             let refused = write(&path(name), b"x").unwrap_err().to_string();
             assert_eq!(refused, expected);
@@ -236,12 +279,12 @@ mod tests {
     fn a_check_says_what_a_write_would_and_leaves_nothing() {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
-        check(&[path("a"), path("b")]).unwrap();
+        check(&[path("a"), path("b")], &[]).unwrap();
         std::fs::write(path("file"), b"mine").unwrap();
-        check(&[path("file")]).unwrap();
+        check(&[path("file")], &[]).unwrap();
         assert_eq!(std::fs::read(path("file")).unwrap(), b"mine");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
-        let refused = |path: &Path| check(&[path]).unwrap_err().to_string();
+        let refused = |path: &Path| check(&[path], &[]).unwrap_err().to_string();
         assert!(refused(&path("none/a")).ends_with("its folder does not exist"));
         assert!(refused(&path("file/a")).ends_with("its folder is a file"));
         assert!(refused(&path("new/")).ends_with("it names no file"));
@@ -259,6 +302,39 @@ mod tests {
         }
     }
 
+    #[test]
+    fn an_input_is_not_written_over_by_whatever_path() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        std::fs::write(path("in"), b"mine").unwrap();
+        std::fs::write(path("other"), b"mine").unwrap();
+        std::fs::create_dir(path("below")).unwrap();
+        let refused = |out: &str, input: &str| {
+            let answer = check(&[path("new"), path(out)], &[path("none"), path(input)]);
+            answer.map_err(|error| error.to_string())
+        };
+        let expected = |out: &str, input: &str| {
+            let [out, input] = [path(out), path(input)];
+            Err(format!(
+                "{}: cannot write: it is an input of this command, {}",
+                out.display(),
+                input.display()
+            ))
+        };
+        assert_eq!(refused("in", "in"), expected("in", "in"));
+        let around = "below/../in";
+        assert_eq!(refused(around, "in"), expected(around, "in"));
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(path("in"), path("soft")).unwrap();
+            assert_eq!(refused("in", "soft"), expected("in", "soft"));
+        }
+        std::fs::hard_link(path("in"), path("hard")).unwrap();
+        assert_eq!(refused("hard", "in"), expected("hard", "in"));
+        assert_eq!(refused("other", "in"), Ok(()));
+        assert_eq!(refused("none", "none"), Ok(()));
+    }
+
     /// Where root may mount a file system of 64 KB.
     #[cfg(target_os = "linux")]
     #[test]
@@ -272,9 +348,10 @@ mod tests {
         if !mount(&["-t", "tmpfs", "-o", "size=64k", "tmpfs"]) {
             return;
         }
-        let error = check(&[folder.path().join("m.bnkf")]).map_err(|error| error.to_string());
-        let read_only = mount(&["-o", "remount,ro"])
-            .then(|| check(&[folder.path().join("m.bnkf")]).map_err(|error| error.to_string()));
+        let error = check(&[folder.path().join("m.bnkf")], &[]).map_err(|error| error.to_string());
+        let read_only = mount(&["-o", "remount,ro"]).then(|| {
+            check(&[folder.path().join("m.bnkf")], &[]).map_err(|error| error.to_string())
+        });
         let unmounted = std::process::Command::new("umount")
             .arg(folder.path())
             .status();

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::flights::csv::options::ReadOptions;
 use crate::flights::data_hash::FlightsHash;
 use crate::flights::flight::Flight;
-use crate::flights::folder::{FlightFolderError, for_each_flight};
+use crate::flights::folder::{FlightFolderError, flight_files, for_each_flight};
 use crate::flights::placement::place;
 use crate::flights::segment::{SegmentError, segments};
 use crate::flights::suspicion::suspicions;
@@ -66,6 +66,14 @@ pub enum FlightSetError {
 }
 
 impl FlightSet {
+    /// The files that [`FlightSet::read`] reads: what a command that does so must not write over.
+    ///
+    /// # Errors
+    /// There are none, or a folder cannot be read.
+    pub fn files(path: &Path) -> Result<Vec<PathBuf>, FlightSetError> {
+        Ok(flight_files(path)?)
+    }
+
     /// Reads the flights of a folder or of one file and prepares them.
     ///
     /// # Errors
