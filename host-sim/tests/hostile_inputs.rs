@@ -382,6 +382,10 @@ fn absurd_numbers_are_refused_with_their_range() {
             "segment duration -1 s",
         ),
         (
+            &["evaluate", "--flights", "f.csv", "--segment-s", "0.2"],
+            "segment duration 0.2 s: fewer than the 3 samples of a flight in f.csv",
+        ),
+        (
             &["evaluate", "--flights", "f.csv", "--radar", "0,0,1e300"],
             "beyond +-10000000 m",
         ),
