@@ -103,6 +103,9 @@ pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
         eprintln!("{}", quick_note(&campaign));
     }
     let plan = serde_json::to_string_pretty(&provenance).expect("every value has a representation");
+    if role != Role::Merge {
+        campaign.check_worlds()?;
+    }
     let work = WorkFolder::open_all(&folders, &plan, role)?;
     let bar: Mutex<Option<ProgressBar>> = Mutex::new(None);
     let watcher = |told| show(&bar, told);
