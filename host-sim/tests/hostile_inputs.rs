@@ -382,16 +382,29 @@ fn absurd_numbers_are_refused_with_their_range() {
             "segment duration -1 s",
         ),
         (
-            &["evaluate", "--flights", "f.csv", "--segment-s", "0.2"],
-            "segment duration 0.2 s: fewer than the 3 samples of a flight in f.csv",
-        ),
-        (
             &["evaluate", "--flights", "f.csv", "--radar", "0,0,1e300"],
             "beyond +-10000000 m",
         ),
         (
             &["evaluate", "--flights", "f.csv", "--passes", "0"],
             "passes",
+        ),
+        // What no method asks for is no number either.
+        (
+            &[
+                "evaluate",
+                "--flights",
+                "f.csv",
+                "--methods",
+                "ekf",
+                "--passes",
+                "0",
+            ],
+            "0 is not in 1..=10000",
+        ),
+        (
+            &["evaluate", "--flights", "f.csv", "--segment-s", "0.2"],
+            "segment duration 0.2 s: fewer than the 3 samples of a flight in f.csv",
         ),
         (
             &["evaluate", "--quick", "--runs", "0"],
@@ -405,7 +418,7 @@ fn absurd_numbers_are_refused_with_their_range() {
         (&["evaluate", "--folds", "0", "--out", "b"], "fold"),
         (
             &["evaluate", "--quick", "--epochs", "0", "--out", "c"],
-            "epochs",
+            "0 is not in 1..=1000000",
         ),
         (
             &[
@@ -436,6 +449,7 @@ fn absurd_numbers_are_refused_with_their_range() {
         );
         assert!(!said.contains("panicked"), "{said}");
     }
+    assert!(!folder.join("c").exists() && !folder.join("d").exists());
 }
 
 /// A reader that went away (`| head`) costs no file.

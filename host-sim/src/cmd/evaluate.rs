@@ -6,12 +6,14 @@ mod recorded;
 
 use std::path::{Path, PathBuf};
 
+use bnkf::blob::field::PASSES_MAX;
 use bnkf_model_export::atomic_file::{self, AtomicWriteError};
 use bnkf_model_export::flights::csv::options::ReadOptions;
 use bnkf_model_export::flights::generator::GeneratorError;
 use bnkf_model_export::flights::segment::PAPER_SEGMENT_S;
 use bnkf_model_export::flights::set::{FlightSet, FlightSetError};
 use bnkf_model_export::flights::track_error::COORDINATE_M_MAX;
+use bnkf_model_export::memoryless::training_settings::EPOCHS_MAX;
 use bnkf_model_export::radar::noise::NoiseTable;
 use clap::ValueEnum as _;
 
@@ -49,13 +51,13 @@ pub struct Args {
     #[arg(long, value_enum, value_delimiter = ',')]
     pub methods: Vec<Method>,
     /// Monte Carlo passes per estimate [default: each model's own number]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=i64::from(PASSES_MAX)))]
     pub passes: Option<u16>,
     /// Writes cells and provenance to this file
     #[arg(long, value_name = "FILE", conflicts_with_all = ["folds", "quick"])]
     pub json: Option<PathBuf>,
     /// Training epochs of a cross-validation [default: 200, with --quick 30]
-    #[arg(long, value_name = "N", requires = "cross-validation")]
+    #[arg(long, value_name = "N", requires = "cross-validation", value_parser = clap::value_parser!(u32).range(1..=i64::from(EPOCHS_MAX)))]
     pub epochs: Option<u32>,
     /// Folder for the results of a cross-validation; made if it is missing
     #[arg(
