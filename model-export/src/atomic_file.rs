@@ -164,10 +164,7 @@ pub(crate) fn temporary(folder: &Path, prefix: &str) -> Result<tempfile::NamedTe
         // As readable as any other file, not private as a temporary one; a link there is not followed.
         let mut options = std::fs::OpenOptions::new();
         let file = options.read(true).write(true).create_new(true).open(path);
-        file.map_err(|error| {
-            cause = error.raw_os_error();
-            error
-        })
+        file.inspect_err(|error| cause = error.raw_os_error())
     };
     let made = tempfile::Builder::new()
         .prefix(prefix)
