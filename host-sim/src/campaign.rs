@@ -113,6 +113,17 @@ pub enum Progress {
 pub type Watcher<'a> = &'a (dyn Fn(Progress) + Sync);
 
 impl Campaign {
+    /// Finds out before the work, not after it, what the other worlds cannot have: flights that fit into the volume.
+    ///
+    /// # Errors
+    /// See [`CampaignError`].
+    pub fn check_worlds(&self) -> Result<(), CampaignError> {
+        for variation in &Variation::ALL {
+            self.varied_flights(variation, 1)?;
+        }
+        Ok(())
+    }
+
     /// Makes those pieces of `shard` that `work` lacks, and what they need.
     ///
     /// # Errors
@@ -123,10 +134,6 @@ impl Campaign {
         shard: Shard,
         watcher: Watcher<'_>,
     ) -> Result<(), CampaignError> {
-        // What the other worlds cannot have is found out before the work, not after it.
-        for variation in &Variation::ALL {
-            self.varied_flights(variation, 1)?;
-        }
         self.make_parts(work, shard, watcher)?;
         let kits = self.kits(work)?;
         self.make_units(&kits, work, shard, watcher)?;

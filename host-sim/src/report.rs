@@ -53,11 +53,14 @@ pub struct ReportFile {
     pub text: String,
 }
 
-/// The page, `report.html`, and its figures.
+/// Name of the page.
+pub const PAGE: &str = "report.html";
+
+/// The page, [`PAGE`], and its figures.
 pub fn files(material: &Material<'_>) -> Vec<ReportFile> {
     let figures = figures::draw(material);
     let mut files = vec![ReportFile {
-        name: "report.html".to_owned(),
+        name: PAGE.to_owned(),
         text: page::page(material, &figures),
     }];
     files.extend(figures.into_iter().map(|figure| ReportFile {

@@ -185,20 +185,74 @@ fn what_cannot_be_read_is_named_with_file_and_line() {
     );
 }
 
-/// Half an hour at this speed is no longer than the longest course, at twice the speed it is: that is found before the
-/// flights are evaluated, not after.
+/// Half an hour at this speed is no longer than the longest course, at twice the speed it is; five flights of a second
+/// have no three samples at 2 Hz; and a speed within its bounds is not, doubled, halved or three times as fast.
 #[test]
 fn flights_that_another_world_cannot_have_are_refused_before_the_work() {
     let folder = tempfile::tempdir().unwrap();
     let scenario = folder.path().join("s.toml");
     let paper = include_str!("../scenarios/paper.toml");
-    let long = paper
-        .replace("duration_s = 15.0", "duration_s = 1800.0")
-        .replace("speed_scale = 1.0", "speed_scale = 3.0")
-        .replace("quick_count = ", "quick_count = 5 # ");
-    std::fs::write(&scenario, long).unwrap();
     let out = folder.path().join("out");
-    let error = complaint(&host_sim(&[
+    let (speed, duration) = ("speed_scale = 1.0", "duration_s = 15.0");
+    let line = |key: &str| {
+        paper
+            .lines()
+            .position(|line| line.starts_with(key))
+            .unwrap()
+            + 1
+    };
+    for (changes, key, own, world) in [
+        (
+            vec![(speed, "speed_scale = 51.0")],
+            speed,
+            "`speed_scale` = 51",
+            "double speed",
+        ),
+        (
+            vec![(speed, "speed_scale = 0.01")],
+            speed,
+            "`speed_scale` = 0.01",
+            "half speed",
+        ),
+        (
+            vec![(speed, "kind = \"agile\"\nspeed_scale = 34.0")],
+            speed,
+            "`speed_scale` = 34",
+            "as trained",
+        ),
+        (
+            vec![
+                (speed, "speed_scale = 3.0"),
+                (duration, "duration_s = 1800.0"),
+            ],
+            speed,
+            "`speed_scale` = 3",
+            "double speed",
+        ),
+        (
+            vec![(duration, "duration_s = 1.0")],
+            duration,
+            "`duration_s` = 1",
+            "2 Hz",
+        ),
+    ] {
+        let mut text = paper.replace("quick_count = ", "quick_count = 5 # ");
+        for (old, new) in &changes {
+            assert!(text.contains(old), "{old}");
+            text = text.replace(old, new);
+        }
+        std::fs::write(&scenario, text).unwrap();
+        let error = refused(&scenario, &out);
+        let line = line(key) + usize::from(changes[0].1.contains('\n'));
+        let expected = format!("s.toml:{line}: {own} is too much for the variation \"{world}\"");
+        assert!(error.contains(&expected), "{error}");
+        assert!(!out.exists());
+    }
+}
+
+/// What a scenario's evaluation says that cannot be begun.
+fn refused(scenario: &Path, out: &Path) -> String {
+    complaint(&host_sim(&[
         "evaluate",
         "--quick",
         "--methods",
@@ -207,14 +261,7 @@ fn flights_that_another_world_cannot_have_are_refused_before_the_work() {
         scenario.to_str().unwrap(),
         "--out",
         out.to_str().unwrap(),
-    ]));
-    assert!(error.contains("variation \"double speed\""), "{error}");
-    let work = std::fs::read_dir(out.join("work")).unwrap();
-    let pieces = work.filter(|entry| {
-        let name = entry.as_ref().unwrap().file_name();
-        name.to_string_lossy().starts_with("unit")
-    });
-    assert_eq!(pieces.count(), 0);
+    ]))
 }
 
 /// A limit on the size of files stands for a full disk: the write fails half-way.

@@ -266,6 +266,105 @@ fn outputs_that_cannot_be_written_are_refused_before_the_work() {
 }
 
 #[test]
+fn no_command_writes_over_what_it_reads() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for name in ["r", "s", "t", "u"] {
+        std::fs::create_dir(folder.join(name)).unwrap();
+    }
+    // Flights, and at the same time the names of results.
+    let flights = [
+        "f.csv",
+        "r/readings.csv",
+        "s/replication.csv",
+        "t/cells.csv",
+        "u/estimates.csv",
+    ];
+    for name in flights {
+        write(folder, name, "timestamp,tx,ty,tz", |t, [x, y, z]| {
+            format!("{t:.1},{x},{y},{z}")
+        });
+    }
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../models/recursive.bnkf");
+    for copy in ["m.bnkf", "u/doubt.csv"] {
+        std::fs::copy(model, folder.join(copy)).unwrap();
+    }
+    std::fs::hard_link(folder.join("f.csv"), folder.join("g.csv")).unwrap();
+    let files = || {
+        let names = flights.iter().chain(&["m.bnkf", "u/doubt.csv"]);
+        names
+            .map(|name| std::fs::read(folder.join(name)).unwrap())
+            .collect::<Vec<_>>()
+    };
+    let before = files();
+    // Work that nobody waits for, where it is the output that stops it.
+    for (arguments, output, input) in [
+        (
+            "evaluate --methods ekf --flights f.csv --json f.csv",
+            "f.csv",
+            "f.csv",
+        ),
+        (
+            "evaluate --methods ekf --flights f.csv --json ./f.csv",
+            "./f.csv",
+            "f.csv",
+        ),
+        (
+            "evaluate --methods ekf --flights f.csv --json g.csv",
+            "g.csv",
+            "f.csv",
+        ),
+        (
+            "evaluate --flights f.csv --model m.bnkf --json m.bnkf",
+            "m.bnkf",
+            "m.bnkf",
+        ),
+        (
+            "evaluate --folds 5 --flights t --out t",
+            "t/cells.csv",
+            "t/cells.csv",
+        ),
+        (
+            "track --readings u/estimates.csv --out u",
+            "u/estimates.csv",
+            "u/estimates.csv",
+        ),
+        (
+            "readings --flights r --out r",
+            "r/readings.csv",
+            "r/readings.csv",
+        ),
+        (
+            "score --quick --estimates A=t/cells.csv --out t",
+            "t/cells.csv",
+            "t/cells.csv",
+        ),
+        (
+            "replicate --epochs 100000 --flights s --out s",
+            "s/replication.csv",
+            "s/replication.csv",
+        ),
+        (
+            "replicate --epochs 100000 --flights f.csv --out new --page f.csv",
+            "f.csv",
+            "f.csv",
+        ),
+        (
+            "doubt --count 2000 --entry a=u/doubt.csv --out u",
+            "u/doubt.csv",
+            "u/doubt.csv",
+        ),
+    ] {
+        let words: Vec<&str> = arguments.split(' ').collect();
+        let error = complaint(&host_sim(folder, &words));
+        let expected =
+            format!("error: {output}: cannot write: it is an input of this command, {input}");
+        assert_eq!(error, expected, "{arguments}");
+    }
+    assert!(files() == before);
+}
+
+#[test]
 fn absurd_numbers_are_refused_with_their_range() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
@@ -290,6 +389,23 @@ fn absurd_numbers_are_refused_with_their_range() {
             &["evaluate", "--flights", "f.csv", "--passes", "0"],
             "passes",
         ),
+        // What no method asks for is no number either.
+        (
+            &[
+                "evaluate",
+                "--flights",
+                "f.csv",
+                "--methods",
+                "ekf",
+                "--passes",
+                "0",
+            ],
+            "0 is not in 1..=10000",
+        ),
+        (
+            &["evaluate", "--flights", "f.csv", "--segment-s", "0.2"],
+            "segment duration 0.2 s: fewer than the 3 samples of a flight in f.csv",
+        ),
         (
             &["evaluate", "--quick", "--runs", "0"],
             "0 is not in 1..=1000",
@@ -302,7 +418,7 @@ fn absurd_numbers_are_refused_with_their_range() {
         (&["evaluate", "--folds", "0", "--out", "b"], "fold"),
         (
             &["evaluate", "--quick", "--epochs", "0", "--out", "c"],
-            "epochs",
+            "0 is not in 1..=1000000",
         ),
         (
             &[
@@ -333,6 +449,7 @@ fn absurd_numbers_are_refused_with_their_range() {
         );
         assert!(!said.contains("panicked"), "{said}");
     }
+    assert!(!folder.join("c").exists() && !folder.join("d").exists());
 }
 
 /// A reader that went away (`| head`) costs no file.

@@ -2,8 +2,8 @@
 //!
 //! The bytes go to a temporary file in the same folder, which then takes the final name: a crash, a
 //! kill or a full disk leaves the old file, or none, and never half a file. Only regular files are
-//! replaced: not a device, not a folder, and not a symbolic link, which would be lost. What cannot
-//! be written is found out by [`check`] before the work.
+//! replaced: not a device, not a folder, and not a symbolic link, which would be lost; and no file that the
+//! same command reads. What cannot be written is found out by [`check`] before the work.
 
 use crate::regular_file::kind;
 use std::io::{Error, ErrorKind, Write};
@@ -12,6 +12,8 @@ use std::path::{Path, PathBuf};
 /// What must fit into the folder of an output before the work begins, bytes: more than a blob and
 /// all that lies beside it.
 const ROOM_BYTES: usize = 1 << 20;
+/// Beginning of the names of temporary files: hidden, so that nothing takes them for inputs.
+const PREFIX: &str = ".bnkf-";
 
 /// Writing a file failed, or would fail.
 #[derive(Debug, thiserror::Error)]
@@ -36,12 +38,14 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), AtomicWriteError> {
     })
 }
 
-/// Finds out whether [`write()`] can write every one of `paths`. Leaves nothing behind.
+/// Finds out whether [`write()`] can write every one of `paths` for a command that reads `inputs`. Leaves nothing
+/// behind.
 ///
 /// # Errors
 /// The first path for which it cannot; the folder has no room for a megabyte; a file is protected
-/// against writing.
-pub fn check<P: AsRef<Path>>(paths: &[P]) -> Result<(), AtomicWriteError> {
+/// against writing, or as [`check_inputs`].
+pub fn check<P: AsRef<Path>>(paths: &[P], inputs: &[PathBuf]) -> Result<(), AtomicWriteError> {
+    check_inputs(paths, inputs)?;
     let mut tried: Vec<&Path> = Vec::new();
     for path in paths {
         let path = path.as_ref();
@@ -57,6 +61,47 @@ pub fn check<P: AsRef<Path>>(paths: &[P]) -> Result<(), AtomicWriteError> {
         }
     }
     Ok(())
+}
+
+/// Finds out whether one of `paths` is one of `inputs`, which would be lost: by another spelling or through a link, too.
+///
+/// # Errors
+/// The first that is.
+pub fn check_inputs<P: AsRef<Path>>(
+    paths: &[P],
+    inputs: &[PathBuf],
+) -> Result<(), AtomicWriteError> {
+    let inputs: Vec<_> = inputs
+        .iter()
+        .filter_map(|input| Some((identity(input)?, input)))
+        .collect();
+    for path in paths {
+        let path = path.as_ref();
+        // What is not there yet is no input.
+        let Some(own) = identity(path) else { continue };
+        if let Some((_, input)) = inputs.iter().find(|(other, _)| *other == own) {
+            let cause = format!("it is an input of this command, {}", input.display());
+            return Err(AtomicWriteError {
+                path: path.to_owned(),
+                cause: Error::new(ErrorKind::AlreadyExists, cause),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// What two paths to the same file have in common: device and number.
+#[cfg(unix)]
+fn identity(path: &Path) -> Option<(u64, u64)> {
+    use std::os::unix::fs::MetadataExt;
+    let status = std::fs::metadata(path).ok()?;
+    Some((status.dev(), status.ino()))
+}
+
+/// What two paths to the same file have in common.
+#[cfg(not(unix))]
+fn identity(path: &Path) -> Option<PathBuf> {
+    path.canonicalize().ok()
 }
 
 pub(crate) fn folder_of(path: &Path) -> &Path {
@@ -102,37 +147,35 @@ pub(crate) fn check_place(path: &Path) -> Result<(), Error> {
 
 /// Writes a megabyte into `folder` and takes it away again.
 fn try_folder(folder: &Path) -> Result<(), Error> {
-    let mut file = temporary(folder)?;
+    let mut file = temporary(folder, PREFIX)?;
+    let file = file.as_file_mut();
     file.write_all(&vec![0; ROOM_BYTES])?;
     // Some file systems notice only now that they are full.
-    file.as_file().sync_data()
+    file.sync_data()
 }
 
-fn temporary(folder: &Path) -> Result<tempfile::NamedTempFile, Error> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".bnkf-");
-    // A temporary file is private by default; a result is as readable as any other file.
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
-    builder.tempfile_in(folder).map_err(|error| {
-        // Without the temporary file's name, which says nothing to anybody.
-        match error.raw_os_error() {
-            Some(code) => Error::from_raw_os_error(code),
-            None => error
-                .get_ref()
-                .and_then(|inner| inner.source()?.downcast_ref::<Error>()?.raw_os_error())
-                .map_or(error, Error::from_raw_os_error),
-        }
-    })
+/// A file of a name that nobody else has, `prefix` and a few random letters, which goes away unless it is renamed.
+///
+/// Its errors are the system's: those of tempfile name the temporary file, which says nothing to anybody. For the
+/// same reason it is written to through [`tempfile::NamedTempFile::as_file_mut`].
+pub(crate) fn temporary(folder: &Path, prefix: &str) -> Result<tempfile::NamedTempFile, Error> {
+    let mut cause = None;
+    let open = |path: &Path| {
+        // As readable as any other file, not private as a temporary one; a link there is not followed.
+        let mut options = std::fs::OpenOptions::new();
+        let file = options.read(true).write(true).create_new(true).open(path);
+        file.inspect_err(|error| cause = error.raw_os_error())
+    };
+    let made = tempfile::Builder::new()
+        .prefix(prefix)
+        .make_in(folder, open);
+    made.map_err(|error| cause.map_or(error, Error::from_raw_os_error))
 }
 
 fn write_and_rename(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     check_place(path)?;
-    let mut file = temporary(folder_of(path))?;
-    file.write_all(bytes)?;
+    let mut file = temporary(folder_of(path), PREFIX)?;
+    file.as_file_mut().write_all(bytes)?;
     // Without this a power cut can leave the new name on an empty file.
     file.as_file().sync_all()?;
     // Again: the work between took its time.
@@ -218,7 +261,7 @@ mod tests {
                 "{}: cannot write: {kind} is there, and only a regular file is replaced",
                 path(name).display()
             );
-            let refused = check(&[path(name)]).unwrap_err().to_string();
+            let refused = check(&[path(name)], &[]).unwrap_err().to_string();
             assert_eq!(refused, expected);
             let refused = write(&path(name), b"x").unwrap_err().to_string();
             assert_eq!(refused, expected);
@@ -233,12 +276,12 @@ mod tests {
     fn a_check_says_what_a_write_would_and_leaves_nothing() {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
-        check(&[path("a"), path("b")]).unwrap();
+        check(&[path("a"), path("b")], &[]).unwrap();
         std::fs::write(path("file"), b"mine").unwrap();
-        check(&[path("file")]).unwrap();
+        check(&[path("file")], &[]).unwrap();
         assert_eq!(std::fs::read(path("file")).unwrap(), b"mine");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
-        let refused = |path: &Path| check(&[path]).unwrap_err().to_string();
+        let refused = |path: &Path| check(&[path], &[]).unwrap_err().to_string();
         assert!(refused(&path("none/a")).ends_with("its folder does not exist"));
         assert!(refused(&path("file/a")).ends_with("its folder is a file"));
         assert!(refused(&path("new/")).ends_with("it names no file"));
@@ -246,10 +289,47 @@ mod tests {
         assert!(refused(&path(&"x".repeat(300))).contains("cannot write: "));
         // Not even root makes files there.
         #[cfg(target_os = "linux")]
-        assert!(
-            refused(Path::new("/proc/self/m.bnkf"))
-                .starts_with("/proc/self/m.bnkf: cannot write: ")
-        );
+        for path in ["/proc/self/m.bnkf", "/proc/m.bnkf"] {
+            let refused = refused(Path::new(path));
+            assert!(
+                refused.starts_with(&format!("{path}: cannot write: ")),
+                "{refused}"
+            );
+            assert!(!refused.contains(".bnkf-"), "{refused}");
+        }
+    }
+
+    #[test]
+    fn an_input_is_not_written_over_by_whatever_path() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        std::fs::write(path("in"), b"mine").unwrap();
+        std::fs::write(path("other"), b"mine").unwrap();
+        std::fs::create_dir(path("below")).unwrap();
+        let refused = |out: &str, input: &str| {
+            let answer = check(&[path("new"), path(out)], &[path("none"), path(input)]);
+            answer.map_err(|error| error.to_string())
+        };
+        let expected = |out: &str, input: &str| {
+            let [out, input] = [path(out), path(input)];
+            Err(format!(
+                "{}: cannot write: it is an input of this command, {}",
+                out.display(),
+                input.display()
+            ))
+        };
+        assert_eq!(refused("in", "in"), expected("in", "in"));
+        let around = "below/../in";
+        assert_eq!(refused(around, "in"), expected(around, "in"));
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(path("in"), path("soft")).unwrap();
+            assert_eq!(refused("in", "soft"), expected("in", "soft"));
+        }
+        std::fs::hard_link(path("in"), path("hard")).unwrap();
+        assert_eq!(refused("hard", "in"), expected("hard", "in"));
+        assert_eq!(refused("other", "in"), Ok(()));
+        assert_eq!(refused("none", "none"), Ok(()));
     }
 
     /// Where root may mount a file system of 64 KB.
@@ -265,9 +345,10 @@ mod tests {
         if !mount(&["-t", "tmpfs", "-o", "size=64k", "tmpfs"]) {
             return;
         }
-        let error = check(&[folder.path().join("m.bnkf")]).map_err(|error| error.to_string());
-        let read_only = mount(&["-o", "remount,ro"])
-            .then(|| check(&[folder.path().join("m.bnkf")]).map_err(|error| error.to_string()));
+        let error = check(&[folder.path().join("m.bnkf")], &[]).map_err(|error| error.to_string());
+        let read_only = mount(&["-o", "remount,ro"]).then(|| {
+            check(&[folder.path().join("m.bnkf")], &[]).map_err(|error| error.to_string())
+        });
         let unmounted = std::process::Command::new("umount")
             .arg(folder.path())
             .status();

@@ -318,6 +318,52 @@ fn wrong_inputs_are_named_in_one_line() {
 
 /// An option that would do nothing is refused, and named.
 #[test]
+fn no_command_writes_over_what_it_reads() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let models = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../models"));
+    for (name, copy) in [
+        ("recursive.bnkf", "m"),
+        ("recursive.bnkf.f32", "m.f32"),
+        ("bnkf.bnkf", "mm"),
+        ("../docs/sample-flights/README.md", "net.pt"),
+        ("../docs/sample-flights/README.md", "net.toml"),
+    ] {
+        std::fs::copy(models.join(name), folder.join(copy)).unwrap();
+    }
+    let rows = (0..200).map(|i| format!("{}.0,{i},2,3\n", i));
+    let flight = format!("timestamp,tx,ty,tz\n{}", rows.collect::<String>());
+    std::fs::write(folder.join("f.csv"), flight).unwrap();
+    let names = ["m", "m.f32", "mm", "net.pt", "net.toml", "f.csv"];
+    let files = || names.map(|name| std::fs::read(folder.join(name)).unwrap());
+    let before = files();
+    for (arguments, lost) in [
+        ("moments mm --json mm", "mm"),
+        (
+            "import --weights net.pt --recipe net.toml --out net.pt",
+            "net.pt",
+        ),
+        (
+            "import --weights net.pt --recipe net.toml --out net.toml",
+            "net.toml",
+        ),
+        ("tune m --flights f.csv --out m", "m"),
+        ("tune m --flights f.csv --out m.f32", "m.f32"),
+        ("tune m --flights f.csv --out f.csv", "f.csv"),
+        ("train --kind recursive --from m --out m", "m"),
+        ("train --flights f.csv --out f.csv", "f.csv"),
+    ] {
+        let words: Vec<&str> = arguments.split(' ').collect();
+        let output = run(folder, &words);
+        let said = text(&output.stderr);
+        let expected = format!("{lost}: cannot write: it is an input of this command, {lost}\n");
+        assert!(!output.status.success(), "{arguments}");
+        assert!(said.ends_with(&expected), "{arguments}: {said}");
+    }
+    assert!(files() == before);
+}
+
+#[test]
 fn options_without_a_meaning_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let models = concat!(env!("CARGO_MANIFEST_DIR"), "/../models/");

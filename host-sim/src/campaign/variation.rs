@@ -114,17 +114,8 @@ impl Variation {
         count: usize,
         seed: u64,
     ) -> Result<Vec<Flight>, GeneratorError> {
-        let mut volume = scenario.volume;
-        volume.range_m_min *= self.range;
-        volume.range_m_max *= self.range;
-        volume.range_m_mean *= self.range;
         let seed = seed::derive(seed, &[seed::name_id("variation")]);
-        let settings = GeneratorSettings {
-            rate_hz: self.rate_hz.unwrap_or(scenario.rate_hz),
-            speed_scale: scenario.speed_scale * self.speed,
-            volume,
-            ..scenario.generator(count, seed)
-        };
+        let settings = self.generator(scenario, count, seed);
         let radar_m = self
             .radar_parts
             .map(|part| part * scenario.volume.range_m_mean);
@@ -134,6 +125,28 @@ impl Variation {
             .iter()
             .map(|flight| flight.seen_from(radar_m))
             .collect())
+    }
+
+    /// Whether the generator takes what this world makes of the scenario. That its flights fit into the volume only
+    /// [`Variation::flights`] finds out.
+    ///
+    /// # Errors
+    /// The first setting that makes no sense.
+    pub fn check(&self, scenario: &Scenario) -> Result<(), GeneratorError> {
+        scenario.kind.check(&self.generator(scenario, 1, 1))
+    }
+
+    fn generator(&self, scenario: &Scenario, count: usize, seed: u64) -> GeneratorSettings {
+        let mut volume = scenario.volume;
+        volume.range_m_min *= self.range;
+        volume.range_m_max *= self.range;
+        volume.range_m_mean *= self.range;
+        GeneratorSettings {
+            rate_hz: self.rate_hz.unwrap_or(scenario.rate_hz),
+            speed_scale: scenario.speed_scale * self.speed,
+            volume,
+            ..scenario.generator(count, seed)
+        }
     }
 
     /// The scenario's radar as it is in this world.

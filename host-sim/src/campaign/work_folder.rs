@@ -65,7 +65,7 @@ impl WorkFolder {
                 name,
             });
         }
-        atomic_file::check(&[path.join(LOCK), path.join(PLAN)])?;
+        atomic_file::check(&[path.join(LOCK), path.join(PLAN)], &[])?;
         let lock = match role {
             Role::Alone | Role::Merge => Claim::alone(&path.join(LOCK)),
             Role::Shard(_) => Claim::shared(&path.join(LOCK)),

@@ -69,7 +69,7 @@ pub enum DemoError {
 /// # Errors
 /// See [`DemoError`].
 pub fn run(args: &Args) -> Result<(), DemoError> {
-    output_folder::prepare(&args.out)?;
+    output_folder::prepare(&args.out, &[], &[])?;
     let settings = GeneratorSettings {
         flights: FLIGHTS,
         seed: FLIGHT_SEED,

@@ -21,6 +21,10 @@ use crate::doubt::world::World;
 use crate::doubt::{Candidate, Row, study};
 use crate::output_folder::{self, OutputFolderError};
 
+/// Names of the two files.
+const PAGE: &str = "doubt.md";
+const CSV: &str = "doubt.csv";
+
 /// Compares ways of being in doubt about a recursive network's weights, on familiar and on
 /// unfamiliar motion.
 ///
@@ -91,7 +95,11 @@ pub enum DoubtError {
 pub fn run(args: &Args) -> Result<(), DoubtError> {
     // Before the run, not after it.
     if let Some(path) = &args.out {
-        output_folder::prepare(path)?;
+        let mut inputs: Vec<_> = args.entries.iter().flat_map(Entry::paths).collect();
+        if let Some(flights) = &args.flights {
+            inputs.extend(FlightSet::files(flights)?);
+        }
+        output_folder::prepare(path, &[PAGE, CSV], &inputs)?;
     }
     let models = args.entries.iter().map(Entry::models);
     let models: Vec<Vec<Model>> = models.collect::<Result<_, _>>()?;
@@ -140,7 +148,7 @@ pub fn run(args: &Args) -> Result<(), DoubtError> {
     let table = markdown(&rows);
     if let Some(folder) = &args.out {
         let page = format!("    {}\n{table}", command_line("host-sim"));
-        for (name, bytes) in [("doubt.md", page.into_bytes()), ("doubt.csv", csv(&rows))] {
+        for (name, bytes) in [(PAGE, page.into_bytes()), (CSV, csv(&rows))] {
             atomic_file::write(&folder.join(name), &bytes)?;
         }
     }

@@ -6,12 +6,14 @@ mod recorded;
 
 use std::path::{Path, PathBuf};
 
+use bnkf::blob::field::PASSES_MAX;
 use bnkf_model_export::atomic_file::{self, AtomicWriteError};
 use bnkf_model_export::flights::csv::options::ReadOptions;
 use bnkf_model_export::flights::generator::GeneratorError;
 use bnkf_model_export::flights::segment::PAPER_SEGMENT_S;
-use bnkf_model_export::flights::set::FlightSetError;
+use bnkf_model_export::flights::set::{FlightSet, FlightSetError};
 use bnkf_model_export::flights::track_error::COORDINATE_M_MAX;
+use bnkf_model_export::memoryless::training_settings::EPOCHS_MAX;
 use bnkf_model_export::radar::noise::NoiseTable;
 use clap::ValueEnum as _;
 
@@ -49,13 +51,13 @@ pub struct Args {
     #[arg(long, value_enum, value_delimiter = ',')]
     pub methods: Vec<Method>,
     /// Monte Carlo passes per estimate [default: each model's own number]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=i64::from(PASSES_MAX)))]
     pub passes: Option<u16>,
     /// Writes cells and provenance to this file
     #[arg(long, value_name = "FILE", conflicts_with_all = ["folds", "quick"])]
     pub json: Option<PathBuf>,
     /// Training epochs of a cross-validation [default: 200, with --quick 30]
-    #[arg(long, value_name = "N", requires = "cross-validation")]
+    #[arg(long, value_name = "N", requires = "cross-validation", value_parser = clap::value_parser!(u32).range(1..=i64::from(EPOCHS_MAX)))]
     pub epochs: Option<u32>,
     /// Folder for the results of a cross-validation; made if it is missing
     #[arg(
@@ -267,20 +269,42 @@ pub fn evaluate_with(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateErr
 }
 
 /// Tries where the results are to be written, before the work: the file of a single pass over flights, else the
-/// folder, which is made; a shard makes no results.
+/// folder, which is made; a shard makes no results. `more` is read beside what `args` name.
 ///
 /// # Errors
-/// They cannot be written there.
-pub fn prepare(args: &Args) -> Result<(), EvaluateError> {
+/// They cannot be written there, or what is read would be lost.
+pub fn prepare(args: &Args, more: &[PathBuf]) -> Result<(), EvaluateError> {
+    let inputs = || {
+        let mut inputs = args.subject.inputs()?;
+        inputs.extend(args.models.iter().chain(more).cloned());
+        Ok::<_, FlightSetError>(inputs)
+    };
     if !args.is_cross_validation() {
         if let Some(path) = &args.json {
-            atomic_file::check(std::slice::from_ref(path))?;
+            atomic_file::check(std::slice::from_ref(path), &inputs()?)?;
         }
         return Ok(());
     }
     match args.division.role() {
         Role::Shard(_) => Ok(()),
-        _ => Ok(output_folder::prepare(&args.out)?),
+        _ => Ok(output_folder::prepare(
+            &args.out,
+            &cross_validated::names(),
+            &inputs()?,
+        )?),
+    }
+}
+
+impl Subject {
+    /// The files that it names: of flights and of a scenario.
+    ///
+    /// # Errors
+    /// There are no flights.
+    pub fn inputs(&self) -> Result<Vec<PathBuf>, FlightSetError> {
+        let flights = self.flights.as_deref().map(FlightSet::files);
+        let mut inputs = flights.transpose()?.unwrap_or_default();
+        inputs.push(self.scenario.clone());
+        Ok(inputs)
     }
 }
 

@@ -67,7 +67,8 @@ pub enum ReadingsError {
 /// See [`ReadingsError`].
 pub fn run(args: &Args) -> Result<(), ReadingsError> {
     let scenario = evaluate::scenario(&args.subject).map_err(EvaluateError::from)?;
-    output_folder::prepare(&args.out)?;
+    let inputs = args.subject.inputs().map_err(EvaluateError::from)?;
+    output_folder::prepare(&args.out, &[PARQUET, CSV], &inputs)?;
     let data = Data::of(&args.subject, &scenario)?;
     remarks::say(&data.remarks, &data.unplaced);
     let conditions = scenario.radar.conditions();

@@ -29,6 +29,10 @@ const FLIGHTS_QUICK: usize = 60;
 const EPOCHS: u32 = 30;
 const EPOCHS_QUICK: u32 = 12;
 
+/// Names of the files of figures.
+const JSON: &str = "replication.json";
+const CSV: &str = "replication.csv";
+
 /// Longest page that is read again, bytes.
 const PAGE_BYTES_MAX: u64 = 1 << 22;
 
@@ -123,7 +127,9 @@ struct Data {
 /// See [`ReplicateError`].
 pub fn run(args: &Args) -> Result<(), ReplicateError> {
     // Before the run, not after it: a place that cannot be written to, a page that cannot be read.
-    output_folder::prepare(&args.out)?;
+    let inputs = args.flights.as_deref().map(FlightSet::files).transpose()?;
+    let inputs = inputs.unwrap_or_default();
+    output_folder::prepare(&args.out, &[JSON, CSV], &inputs)?;
     let page_path = args
         .page
         .clone()
@@ -137,7 +143,7 @@ pub fn run(args: &Args) -> Result<(), ReplicateError> {
         }
         _ => {}
     }
-    atomic_file::check(&[&page_path])?;
+    atomic_file::check(&[&page_path], &inputs)?;
     let existing = read_page(&page_path)?;
     if existing.as_deref().is_some_and(|page| !has_place(page)) {
         return Err(ReplicateError::NoPlace(page_path));
@@ -178,8 +184,8 @@ pub fn run(args: &Args) -> Result<(), ReplicateError> {
     let text =
         page(existing.as_deref(), &results).ok_or(ReplicateError::NoPlace(page_path.clone()))?;
     let files = [
-        (args.out.join("replication.json"), results.json()),
-        (args.out.join("replication.csv"), results.csv()),
+        (args.out.join(JSON), results.json()),
+        (args.out.join(CSV), results.csv()),
         (page_path, text.clone().into_bytes()),
     ];
     for (path, bytes) in &files {

@@ -58,7 +58,8 @@ pub enum ScoreError {
 pub fn run(args: &Args) -> Result<(), ScoreError> {
     let scenario = evaluate::scenario(&args.evaluation.subject).map_err(EvaluateError::from)?;
     // Before the files are read, not after it.
-    evaluate::prepare(&args.evaluation)?;
+    let own: Vec<_> = args.entries.iter().map(|own| own.path.clone()).collect();
+    evaluate::prepare(&args.evaluation, &own)?;
     let data = Data::of(&args.evaluation.subject, &scenario)?;
     let conditions = scenario.radar.conditions();
     let subject = Subject {

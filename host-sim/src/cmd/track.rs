@@ -102,7 +102,8 @@ pub fn run(args: &Args) -> Result<(), TrackError> {
         inference: asked.unwrap_or(own.inference),
         ..own
     };
-    output_folder::prepare(&args.out)?;
+    let inputs: Vec<_> = args.model.iter().chain([&args.readings]).cloned().collect();
+    output_folder::prepare(&args.out, &[ESTIMATES, FIGURE], &inputs)?;
     let sigmas = StatedSigmas {
         range_m: args.sigma_range_m,
         angle_rad: args.sigma_angle_rad,

@@ -1,6 +1,6 @@
 //! One way of being in doubt: a blob, a number of passes, or several blobs together.
 
-use std::path::Path;
+use std::path::PathBuf;
 use std::str::FromStr;
 
 use bnkf::Inference;
@@ -72,13 +72,17 @@ impl FromStr for Entry {
 }
 
 impl Entry {
+    /// The files of its blobs.
+    pub fn paths(&self) -> impl Iterator<Item = PathBuf> {
+        self.blobs.iter().map(PathBuf::from)
+    }
+
     /// Reads its blobs.
     ///
     /// # Errors
     /// One cannot be read or is none.
     pub fn models(&self) -> Result<Vec<Model>, ModelError> {
-        let paths = self.blobs.iter();
-        paths.map(|path| Model::read(Path::new(path))).collect()
+        self.paths().map(|path| Model::read(&path)).collect()
     }
 }
 

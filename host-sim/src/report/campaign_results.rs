@@ -78,6 +78,21 @@ pub struct CampaignProvenance {
     pub noise_tables: Vec<NoiseTable>,
 }
 
+/// Names of the files, in the order in which they are written.
+pub const NAMES: [&str; 11] = [
+    "results.json",
+    "cells.csv",
+    "phases.csv",
+    "bins.csv",
+    "reliability.csv",
+    "comparisons.csv",
+    "forecasts.csv",
+    "forecast_comparisons.csv",
+    "tunings.csv",
+    "variations.csv",
+    "bounds.csv",
+];
+
 /// The JSON document. Numbers that are not finite are `null`.
 #[derive(Serialize)]
 struct Document<'a> {
@@ -122,7 +137,7 @@ pub fn write(
     folder: &Path,
     outcome: &Outcome,
     provenance: &CampaignProvenance,
-) -> Result<Vec<&'static str>, AtomicWriteError> {
+) -> Result<[&'static str; NAMES.len()], AtomicWriteError> {
     let tables = provenance.noise_tables.iter();
     let tables: Vec<(NoiseTable, Vec<Cell>)> = tables
         .map(|table| (*table, outcome.plain_cells(*table)))
@@ -150,31 +165,23 @@ pub fn write(
     };
     let mut json = serde_json::to_vec_pretty(&document).expect("every value has a representation");
     json.push(b'\n');
-    let files = [
-        ("results.json", json),
-        ("cells.csv", cells_csv(&outcome.cells)),
-        ("phases.csv", phases_csv(&outcome.cells)),
-        (
-            "bins.csv",
-            by_motion::file(tables.iter().map(|(table, cells)| (*table, &cells[..]))),
-        ),
-        ("reliability.csv", reliability_csv(&outcome.cells)),
-        ("comparisons.csv", comparisons_csv(&outcome.comparisons)),
-        ("forecasts.csv", forecasts_csv(&outcome.forecasts)),
-        (
-            "forecast_comparisons.csv",
-            forecast_comparisons_csv(&outcome.forecast_comparisons),
-        ),
-        ("tunings.csv", tunings_csv(&outcome.candidates)),
-        ("variations.csv", variations_csv(&outcome.variations)),
-        ("bounds.csv", bounds_csv(&outcome.floors)),
+    let files: [Vec<u8>; NAMES.len()] = [
+        json,
+        cells_csv(&outcome.cells),
+        phases_csv(&outcome.cells),
+        by_motion::file(tables.iter().map(|(table, cells)| (*table, &cells[..]))),
+        reliability_csv(&outcome.cells),
+        comparisons_csv(&outcome.comparisons),
+        forecasts_csv(&outcome.forecasts),
+        forecast_comparisons_csv(&outcome.forecast_comparisons),
+        tunings_csv(&outcome.candidates),
+        variations_csv(&outcome.variations),
+        bounds_csv(&outcome.floors),
     ];
-    let mut names = Vec::new();
-    for (name, bytes) in files {
-        atomic_file::write(&folder.join(name), &bytes)?;
-        names.push(name);
+    for (name, bytes) in NAMES.iter().zip(&files) {
+        atomic_file::write(&folder.join(name), bytes)?;
     }
-    Ok(names)
+    Ok(NAMES)
 }
 
 /// Headers of what [`place`] gives.

@@ -55,6 +55,26 @@ impl Kind {
             }),
         }
     }
+
+    /// Whether the generator takes `settings` for all of these flights.
+    ///
+    /// # Errors
+    /// The first setting that makes no sense.
+    pub fn check(self, settings: &GeneratorSettings) -> Result<(), GeneratorError> {
+        settings.check()?;
+        match self {
+            Self::Agile => fast(settings).check(),
+            Self::Cruise | Self::Darts | Self::Bursts | Self::Falls => Ok(()),
+        }
+    }
+}
+
+/// What the fast flights of [`Kind::Agile`] are made of.
+fn fast(settings: &GeneratorSettings) -> GeneratorSettings {
+    GeneratorSettings {
+        speed_scale: FAST * settings.speed_scale,
+        ..*settings
+    }
 }
 
 fn each(
@@ -74,11 +94,7 @@ fn agile(settings: &GeneratorSettings, index: usize) -> Result<Flight, Generator
     match index % 5 {
         0 => generate_one(&settings, index),
         1 | 3 => {
-            let fast = GeneratorSettings {
-                speed_scale: FAST * settings.speed_scale,
-                ..settings
-            };
-            let mut flight = generate_one(&fast, index)?;
+            let mut flight = generate_one(&fast(&settings), index)?;
             flight.name = format!("fast-{}", flight.name);
             Ok(flight)
         }

@@ -7,13 +7,15 @@ use bnkf::measurement::Channel;
 use bnkf_model_export::brief_number::brief;
 use bnkf_model_export::flights::data_hash;
 use bnkf_model_export::flights::flight::SAMPLES_MIN;
-use bnkf_model_export::flights::generator::NOMINAL_S_MAX;
+use bnkf_model_export::flights::generator::{GeneratorError, NOMINAL_S_MAX};
 use bnkf_model_export::flights::volume::{Volume, VolumeError};
 use bnkf_model_export::radar::errors::Errors;
 use bnkf_model_export::radar::gaps::SamplingRate;
 use bnkf_model_export::radar::noise::{NoiseSigmas, NoiseTable};
 use bnkf_model_export::radar::sensors::Sensors;
 use toml::Spanned;
+
+use crate::campaign::variation::Variation as World;
 
 use super::radar::{Lateness, Radar};
 use super::toml_keys::{
@@ -318,6 +320,39 @@ impl Place<'_> {
         }
         Ok(())
     }
+
+    /// What an evaluation makes of the scenario, its other worlds too, the generator takes. `speed_scale` and
+    /// `otherwise` are where a setting that it refuses belongs.
+    fn worlds(
+        &self,
+        scenario: &Scenario,
+        speed_scale: Option<Range<usize>>,
+        otherwise: Option<Range<usize>>,
+    ) -> Result<(), ScenarioError> {
+        for world in &World::ALL {
+            let Err(error) = world.check(scenario) else {
+                continue;
+            };
+            let is_speed = matches!(error, GeneratorError::OutOfRange { field, .. } if field.contains("speed_scale"));
+            let (span, own) = if is_speed {
+                (
+                    speed_scale,
+                    format!("`speed_scale` = {}", brief(scenario.speed_scale)),
+                )
+            } else {
+                (
+                    otherwise,
+                    format!("`duration_s` = {}", brief(scenario.duration_s)),
+                )
+            };
+            let message = format!(
+                "{own} is too much for the variation \"{}\" of an evaluation, where {error}",
+                world.name
+            );
+            return Err(self.error(span, &message));
+        }
+        Ok(())
+    }
 }
 
 /// The scenario that `text`, the contents of `file`, describes.
@@ -370,6 +405,8 @@ pub fn parse(text: &str, file: &str) -> Result<Scenario, ScenarioError> {
         },
     };
     place.samples(flights, scenario.count.max(scenario.quick_count))?;
+    let (speed, duration) = (flights.speed_scale.span(), flights.duration_s.span());
+    place.worlds(&scenario, Some(speed), Some(duration))?;
     Ok(scenario)
 }
 
@@ -390,7 +427,7 @@ fn varied(place: &Place<'_>, form: &Variation) -> Result<Scenario, ScenarioError
         Some(scale) => place.speed_scale(scale)?,
         None => base.speed_scale,
     };
-    Ok(Scenario {
+    let scenario = Scenario {
         name: place.line(&form.name, "name", 60)?,
         summary: place.line(&form.summary, "summary", 300)?,
         kind: form.flights.kind.unwrap_or(base.kind),
@@ -406,5 +443,9 @@ fn varied(place: &Place<'_>, form: &Variation) -> Result<Scenario, ScenarioError
             ..base.radar
         },
         ..base
-    })
+    };
+    let like = form.like.span();
+    let speed = form.flights.speed_scale.as_ref().map(Spanned::span);
+    place.worlds(&scenario, Some(speed.unwrap_or(like.clone())), Some(like))?;
+    Ok(scenario)
 }

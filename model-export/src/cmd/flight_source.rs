@@ -67,6 +67,15 @@ pub struct NamedFlights {
 }
 
 impl FlightSource {
+    /// The files that [`FlightSource::load`] reads.
+    ///
+    /// # Errors
+    /// There are none, or the folder cannot be read.
+    pub fn files(&self) -> Result<Vec<PathBuf>, FlightSourceError> {
+        let files = self.flights.as_deref().map(FlightSet::files);
+        Ok(files.transpose()?.unwrap_or_default())
+    }
+
     /// Reads or generates the flights; `seed` places them. Segments that do not fit into the
     /// volume are named on standard error and left out.
     ///

@@ -102,7 +102,8 @@ pub enum ImportError {
 /// See [`ImportError`].
 pub fn run(args: &Args) -> Result<(), ImportError> {
     let sidecar = unrounded::path_beside(&args.out);
-    atomic_file::check(&[&args.out, &sidecar])?;
+    let inputs = [args.weights.clone(), args.recipe.clone()];
+    atomic_file::check(&[&args.out, &sidecar], &inputs)?;
     let at = |path: &Path| path.to_owned();
     let text = regular_file::read_text(&args.recipe, recipe::BYTES_MAX)?;
     let recipe = recipe::parse(&text).map_err(|cause| ImportError::Recipe {

@@ -124,7 +124,11 @@ pub fn run(args: &Args) -> Result<(), MomentsError> {
         return Err(MomentsError::Activation(args.model.clone()));
     }
     if let Some(path) = &args.json {
-        atomic_file::check(std::slice::from_ref(path))?;
+        let (outputs, inputs) = (
+            std::slice::from_ref(path),
+            std::slice::from_ref(&args.model),
+        );
+        atomic_file::check(outputs, inputs)?;
     }
     let found = match &args.references {
         Some(path) => read(path, &blob)?,

@@ -243,7 +243,9 @@ impl Run<'_> {
 /// # Errors
 /// See [`TrainError`].
 pub fn run(args: &Args) -> Result<Outcome, TrainError> {
-    check_paths(&args.out, args.resume)?;
+    let mut inputs = args.source.files()?;
+    inputs.extend(args.recursive.inputs());
+    check_paths(&args.out, args.resume, &inputs)?;
     let system = |error: &dyn std::fmt::Display| TrainError::System(error.to_string());
     let pool = threads(args.threads);
     let interrupt = Interrupt::catch().map_err(|error| system(&error))?;
@@ -278,18 +280,15 @@ pub fn threads(asked: Option<u8>) -> Result<rayon::ThreadPool, rayon::ThreadPool
     rayon::ThreadPoolBuilder::new().num_threads(threads).build()
 }
 
-/// Finds out before the work whether its results can be written, and no interrupted run is lost.
+/// Finds out before the work whether its results can be written, and neither an interrupted run nor one of `inputs`
+/// is lost.
 ///
 /// # Errors
 /// See [`TrainError`].
-pub fn check_paths(out: &Path, resume: bool) -> Result<(), TrainError> {
+pub fn check_paths(out: &Path, resume: bool, inputs: &[PathBuf]) -> Result<(), TrainError> {
     let checkpoint = checkpoint_path(out);
-    atomic_file::check(&[
-        out,
-        &provenance::path_beside(out),
-        &unrounded::path_beside(out),
-        &checkpoint,
-    ])?;
+    let [beside, unrounded] = [provenance::path_beside(out), unrounded::path_beside(out)];
+    atomic_file::check(&[out, &beside, &unrounded, &checkpoint], inputs)?;
     if !resume && checkpoint.exists() {
         return Err(TrainError::CheckpointExists(checkpoint));
     }

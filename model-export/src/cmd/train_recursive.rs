@@ -61,6 +61,12 @@ pub struct RecursiveArgs {
 }
 
 impl RecursiveArgs {
+    /// The files that these options name and the training reads.
+    pub fn inputs(&self) -> Vec<PathBuf> {
+        let from = self.from.as_deref().map(tunable_file::paths);
+        from.into_iter().flatten().collect()
+    }
+
     /// The first option that is not at its default: the memoryless kind has none of them.
     pub fn first_given(&self) -> Option<&'static str> {
         [

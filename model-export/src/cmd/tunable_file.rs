@@ -5,7 +5,12 @@ use super::train::TrainError;
 use crate::blob::unrounded;
 use crate::recursive::tunable::{Tunable, tunable};
 use crate::regular_file;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// The files that [`read`] reads.
+pub fn paths(path: &Path) -> [PathBuf; 2] {
+    [path.to_owned(), unrounded::path_beside(path)]
+}
 
 /// Reads a blob and the unrounded weights beside it.
 ///

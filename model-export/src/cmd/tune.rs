@@ -62,7 +62,9 @@ pub struct Args {
 /// # Errors
 /// See [`TrainError`].
 pub fn run(args: &Args) -> Result<Outcome, TrainError> {
-    check_paths(&args.out, args.resume)?;
+    let mut inputs = args.source.files()?;
+    inputs.extend(tunable_file::paths(&args.model));
+    check_paths(&args.out, args.resume, &inputs)?;
     let Tunable {
         blob_sha256,
         model,

@@ -43,6 +43,19 @@ pub struct FlightFile {
 /// # Errors
 /// See [`FlightFileCause`].
 pub fn read_flight(path: &Path, options: &ReadOptions) -> Result<FlightFile, FlightFileError> {
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    read_flight_as(path, &name.to_string_lossy(), options)
+}
+
+/// [`read_flight`] that names flight and source `name`.
+///
+/// # Errors
+/// See [`FlightFileCause`].
+pub fn read_flight_as(
+    path: &Path,
+    name: &str,
+    options: &ReadOptions,
+) -> Result<FlightFile, FlightFileError> {
     let failed = |(line, cause)| FlightFileError {
         path: path.to_owned(),
         line,
@@ -50,8 +63,7 @@ pub fn read_flight(path: &Path, options: &ReadOptions) -> Result<FlightFile, Fli
     };
     let bytes = regular_file::read(path, FILE_BYTES_MAX)
         .map_err(|error| failed((None, error.cause.into())))?;
-    let name = path.file_name().unwrap_or(path.as_os_str());
-    parse(&bytes, &name.to_string_lossy(), options).map_err(failed)
+    parse(&bytes, name, options).map_err(failed)
 }
 
 /// The flight in `bytes`, the contents of the file `name`.

@@ -1,8 +1,9 @@
 //! A folder of flight files.
 
 use crate::flights::csv::options::ReadOptions;
-use crate::flights::flight_file::{FlightFile, FlightFileError, read_flight};
-use std::path::{Path, PathBuf};
+use crate::flights::flight_file::{FlightFile, FlightFileError, read_flight_as};
+use std::ffi::OsStr;
+use std::path::{Component, Path, PathBuf};
 
 /// Most samples of all files together: 56 hours at 100 Hz.
 pub const SAMPLES_MAX: usize = 20_000_000;
@@ -35,8 +36,9 @@ pub const ENDINGS: [&str; 5] = ["csv", "txt", "tum", "ulg", "bin"];
 
 /// Reads every flight file of a folder ([`ENDINGS`]), sorted by name; or the one file that `path` is.
 ///
-/// Where a folder has none itself, those of the folders inside it are read, sorted by path: so data sets are
-/// laid out that have a folder for each part. Hidden files and other endings (a README.md, a LICENSE) are passed
+/// Those of the folders inside it are read, too, sorted by path: so data sets are laid out that have a folder for each
+/// part. A flight is named after its file as seen from `path` (`day1/a.csv`), so that files of one name in two folders
+/// are two recordings. Hidden files and other endings (a README.md, a LICENSE) are passed
 /// over; a file with such an ending that is not a flight is an error, so no flight goes missing unnoticed.
 ///
 /// # Errors
@@ -64,7 +66,8 @@ pub fn for_each_flight<E: From<FlightFolderError>>(
 ) -> Result<(), E> {
     let mut samples = 0;
     for file in flight_files(path)? {
-        let read = read_flight(&file, options).map_err(FlightFolderError::from)?;
+        let name = name_within(path, &file);
+        let read = read_flight_as(&file, &name, options).map_err(FlightFolderError::from)?;
         samples += read.flight.samples.len();
         if samples > SAMPLES_MAX {
             return Err(FlightFolderError::TooManySamples(path.to_owned()).into());
@@ -74,8 +77,11 @@ pub fn for_each_flight<E: From<FlightFolderError>>(
     Ok(())
 }
 
-/// The files that hold the flights of `path`.
-fn flight_files(path: &Path) -> Result<Vec<PathBuf>, FlightFolderError> {
+/// The files that hold the flights of `path`, as [`read_flights`] reads them.
+///
+/// # Errors
+/// A folder cannot be read or has no flights.
+pub fn flight_files(path: &Path) -> Result<Vec<PathBuf>, FlightFolderError> {
     let io = |cause| FlightFolderError::Io {
         path: path.to_owned(),
         cause,
@@ -84,16 +90,29 @@ fn flight_files(path: &Path) -> Result<Vec<PathBuf>, FlightFolderError> {
         return Ok(vec![path.to_owned()]);
     }
     let (mut files, folders) = contents(path)?;
-    if files.is_empty() {
-        for folder in folders {
-            files.extend(contents(&folder)?.0);
-        }
+    for folder in folders {
+        files.extend(contents(&folder)?.0);
     }
     if files.is_empty() {
         return Err(FlightFolderError::NoFlights(path.to_owned()));
     }
     files.sort();
     Ok(files)
+}
+
+/// What the flight of `file` is called: its path from `folder` on, with `/` on every system.
+fn name_within(folder: &Path, file: &Path) -> String {
+    let own = file.file_name().unwrap_or(file.as_os_str());
+    let parts = file.strip_prefix(folder).unwrap_or(Path::new(""));
+    let parts: Vec<&OsStr> = parts.components().map(Component::as_os_str).collect();
+    match parts[..] {
+        // `folder` is the file itself.
+        [] => own.to_string_lossy().into_owned(),
+        _ => {
+            let parts = parts.iter().map(|part| part.to_string_lossy());
+            parts.collect::<Vec<_>>().join("/")
+        }
+    }
 }
 
 /// Flight files and folders of a folder, hidden ones left out.
@@ -158,17 +177,26 @@ mod tests {
     }
 
     #[test]
-    fn folders_inside_a_folder_without_flights_are_its_parts() {
+    fn folders_inside_a_folder_are_its_parts() {
         let folder = tempfile::tempdir().unwrap();
         for part in ["train", "test", ".cache"] {
             std::fs::create_dir(folder.path().join(part)).unwrap();
             std::fs::write(folder.path().join(part).join("0.txt"), GOOD).unwrap();
         }
         std::fs::write(folder.path().join("README.md"), "a data set").unwrap();
-        assert_eq!(read_flights(folder.path()).unwrap().len(), 2);
-        // With flights of its own they are something else.
+        let names = || {
+            let flights = read_flights(folder.path()).unwrap().into_iter();
+            let own = flights.map(|file| (file.flight.name, file.flight.source));
+            own.map(|(name, source)| {
+                assert_eq!(name, source);
+                name
+            })
+            .collect::<Vec<_>>()
+        };
+        assert_eq!(names(), ["test/0.txt", "train/0.txt"]);
+        // One more in the folder itself takes none of them away.
         std::fs::write(folder.path().join("a.csv"), GOOD).unwrap();
-        assert_eq!(read_flights(folder.path()).unwrap().len(), 1);
+        assert_eq!(names(), ["a.csv", "test/0.txt", "train/0.txt"]);
     }
 
     #[test]
@@ -176,7 +204,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("flight.log");
         std::fs::write(&path, GOOD).unwrap();
-        assert_eq!(read_flights(&path).unwrap().len(), 1);
+        let flights = read_flights(&path).unwrap();
+        assert_eq!(flights.len(), 1);
+        assert_eq!(flights[0].flight.name, "flight.log");
     }
 
     #[test]

@@ -9,10 +9,34 @@ pub const PAPER_SEGMENT_S: f64 = 15.0;
 /// A time step longer than this many median steps is a hole in the recording.
 const HOLE_STEPS: f64 = 10.0;
 
-/// A segment duration that is negative or not finite.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("segment duration {0} s is not a number of seconds from 0 (whole flights) on")]
-pub struct SegmentError(pub f64);
+/// Why a flight cannot be cut so.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SegmentError {
+    /// The duration is negative or not finite.
+    #[error("segment duration {0} s is not a number of seconds from 0 (whole flights) on")]
+    Duration(f64),
+    /// No segment of this duration is a flight.
+    #[error(
+        "segment duration {segment_s} s: fewer than the {SAMPLES_MIN} samples of a flight in {name}, which has one every {step_s:.3} s; 0 keeps flights whole"
+    )]
+    FewSamples {
+        /// The flight.
+        name: String,
+        /// The duration.
+        segment_s: f64,
+        /// Its median time step, seconds.
+        step_s: f64,
+    },
+}
+
+/// What has become of a flight.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cut {
+    /// The segments, or the whole flight.
+    pub segments: Vec<Flight>,
+    /// Whether it is the whole flight though it lasts longer: no segment has room between its holes.
+    pub has_holes: bool,
+}
 
 /// Cuts `flight` into consecutive segments of `segment_s` seconds; 0 keeps it whole.
 ///
@@ -24,16 +48,28 @@ pub struct SegmentError(pub f64);
 ///   segment stays whole: short flights are not lost.
 ///
 /// # Errors
-/// `segment_s` is negative or not finite.
-pub fn segments(flight: &Flight, segment_s: f64) -> Result<Vec<Flight>, SegmentError> {
+/// `segment_s` is negative or not finite, or too short for the flight's samples.
+pub fn segments(flight: &Flight, segment_s: f64) -> Result<Cut, SegmentError> {
     if !segment_s.is_finite() || segment_s < 0.0 {
-        return Err(SegmentError(segment_s));
+        return Err(SegmentError::Duration(segment_s));
     }
+    let whole = |has_holes| Cut {
+        segments: vec![flight.clone()],
+        has_holes,
+    };
     if segment_s == 0.0 {
-        return Ok(vec![flight.clone()]);
+        return Ok(whole(false));
     }
     let samples = &flight.samples;
     let step_s = flight.median_step_s();
+    // By as much a segment may be short of its last step, below.
+    if segment_s < (SAMPLES_MIN as f64 - 0.5) * step_s {
+        return Err(SegmentError::FewSamples {
+            name: flight.name.clone(),
+            segment_s,
+            step_s,
+        });
+    }
     // Half a step of tolerance: recorded times are rounded and jitter.
     let full_s = segment_s - 0.5 * step_s;
     let mut cut = Vec::new();
@@ -54,9 +90,12 @@ pub fn segments(flight: &Flight, segment_s: f64) -> Result<Vec<Flight>, SegmentE
         }
     }
     if cut.is_empty() {
-        cut.push(flight.clone());
+        return Ok(whole(flight.duration_s() + step_s > full_s));
     }
-    Ok(cut)
+    Ok(Cut {
+        segments: cut,
+        has_holes: false,
+    })
 }
 
 /// The stretches of `flight` in which no time step exceeds `hole_s`.
@@ -88,7 +127,7 @@ fn segment(flight: &Flight, range: Range<usize>, number: usize) -> Flight {
 
 #[cfg(test)]
 mod tests {
-    use super::{PAPER_SEGMENT_S, segments};
+    use super::{Cut, PAPER_SEGMENT_S, SegmentError, segments};
     use crate::flights::flight::{Flight, SAMPLES_MIN};
     use proptest::prelude::*;
 
@@ -103,7 +142,9 @@ mod tests {
 
     #[test]
     fn a_real_length_flight_gives_segments_of_150_samples() {
-        let cut = segments(&ten_hertz(1164), PAPER_SEGMENT_S).unwrap();
+        let cut = segments(&ten_hertz(1164), PAPER_SEGMENT_S)
+            .unwrap()
+            .segments;
         assert_eq!(cut.len(), 7);
         for (i, segment) in cut.iter().enumerate() {
             assert_eq!(segment.samples.len(), 150);
@@ -118,11 +159,17 @@ mod tests {
     fn short_and_uncut_flights_stay_whole() {
         for samples in [3, 100, 148] {
             let short = ten_hertz(samples);
-            assert_eq!(segments(&short, PAPER_SEGMENT_S), Ok(vec![short]));
+            let cut = segments(&short, PAPER_SEGMENT_S).unwrap();
+            let whole = Cut {
+                segments: vec![short],
+                has_holes: false,
+            };
+            assert_eq!(cut, whole);
         }
         let long = ten_hertz(1000);
-        assert_eq!(segments(&long, 0.0), Ok(vec![long]));
-        let exact = segments(&ten_hertz(150), PAPER_SEGMENT_S).unwrap();
+        let cut = segments(&long, 0.0).unwrap();
+        assert_eq!((cut.segments, cut.has_holes), (vec![long], false));
+        let exact = segments(&ten_hertz(150), PAPER_SEGMENT_S).unwrap().segments;
         assert_eq!((exact.len(), exact[0].samples.len()), (1, 150));
         assert_eq!(exact[0].name, "log.csv#1");
     }
@@ -133,10 +180,38 @@ mod tests {
         let times = (0..200)
             .map(|i| f64::from(i) / 10.0)
             .chain((0..310).map(|i| 80.0 + f64::from(i) / 10.0));
-        let cut = segments(&flight(times), PAPER_SEGMENT_S).unwrap();
+        let cut = segments(&flight(times), PAPER_SEGMENT_S).unwrap().segments;
         let starts: Vec<f64> = cut.iter().map(|s| s.samples[0].position_m[0]).collect();
         assert_eq!(starts, [0.0, 80.0, 95.0]);
         assert!(cut.iter().all(|s| s.samples.len() == 150));
+    }
+
+    #[test]
+    fn a_flight_without_a_whole_stretch_says_so() {
+        // 5 s, a hole of 20 s, 5 s.
+        let times = (0..50).chain(250..300).map(|i| f64::from(i) / 10.0);
+        let holed = flight(times);
+        let cut = segments(&holed, PAPER_SEGMENT_S).unwrap();
+        assert_eq!((cut.segments, cut.has_holes), (vec![holed.clone()], true));
+        let cut = segments(&holed, 5.0).unwrap();
+        assert_eq!((cut.segments.len(), cut.has_holes), (2, false));
+    }
+
+    #[test]
+    fn a_segment_that_is_no_flight_is_refused() {
+        for segment_s in [1e-9, 0.1, 0.2, 0.249] {
+            let error = segments(&ten_hertz(150), segment_s).unwrap_err();
+            assert!(matches!(error, SegmentError::FewSamples { .. }), "{error}");
+            assert!(
+                error
+                    .to_string()
+                    .contains("log.csv, which has one every 0.100 s")
+            );
+        }
+        for (segment_s, count) in [(0.26, 50), (0.3, 50), (0.4, 37)] {
+            let cut = segments(&ten_hertz(150), segment_s).unwrap();
+            assert_eq!(cut.segments.len(), count, "{segment_s}");
+        }
     }
 
     #[test]
@@ -156,7 +231,7 @@ mod tests {
                 time_s += step;
                 time_s
             })));
-            let cut = segments(&whole, segment_s).unwrap();
+            let cut = segments(&whole, segment_s).unwrap().segments;
             // x is the time within the recording: it names every sample.
             let marks: Vec<f64> = cut
                 .iter()

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::flights::csv::options::ReadOptions;
 use crate::flights::data_hash::FlightsHash;
 use crate::flights::flight::Flight;
-use crate::flights::folder::{FlightFolderError, for_each_flight};
+use crate::flights::folder::{FlightFolderError, flight_files, for_each_flight};
 use crate::flights::placement::place;
 use crate::flights::segment::{SegmentError, segments};
 use crate::flights::suspicion::suspicions;
@@ -37,7 +37,7 @@ pub struct FlightSet {
     pub segments: Vec<Flight>,
     /// Segments that do not fit into the volume, and why.
     pub unplaced: Vec<String>,
-    /// What was assumed about the files (`note: ...`) and what is suspicious about the flights
+    /// What was assumed about the files and which stay whole (`note: ...`), and what is suspicious about the flights
     /// (`warning: ...`): to be said.
     pub remarks: Vec<String>,
     /// SHA-256 of the flights as they came.
@@ -66,21 +66,27 @@ pub enum FlightSetError {
 }
 
 impl FlightSet {
+    /// The files that [`FlightSet::read`] reads: what a command that does so must not write over.
+    ///
+    /// # Errors
+    /// There are none, or a folder cannot be read.
+    pub fn files(path: &Path) -> Result<Vec<PathBuf>, FlightSetError> {
+        Ok(flight_files(path)?)
+    }
+
     /// Reads the flights of a folder or of one file and prepares them.
     ///
     /// # Errors
     /// See [`FlightSetError`].
     pub fn read(path: &Path, preparation: &Preparation) -> Result<Self, FlightSetError> {
         let mut set = SetInParts::default();
-        let mut notes = Vec::new();
         for_each_flight(path, &preparation.reading, |file| {
-            for note in &file.notes {
-                notes.push((note.clone(), file.flight.name.clone()));
+            for note in file.notes {
+                set.notes.push((note, file.flight.name.clone()));
             }
             Ok::<_, FlightSetError>(set.add(&file.flight, preparation)?)
         })?;
-        let mut set = set.finish(preparation);
-        set.remarks.splice(0..0, grouped(&notes));
+        let set = set.finish(preparation);
         if set.segments.is_empty() {
             return Err(FlightSetError::NothingPlaced {
                 path: path.to_owned(),
@@ -94,7 +100,7 @@ impl FlightSet {
     /// Prepares `flights`.
     ///
     /// # Errors
-    /// The segment length is negative or not finite.
+    /// The segment length makes no sense.
     pub fn prepare(flights: &[Flight], preparation: &Preparation) -> Result<Self, SegmentError> {
         let mut set = SetInParts::default();
         for flight in flights {
@@ -110,6 +116,8 @@ struct SetInParts {
     flights: usize,
     segments: Vec<Flight>,
     unplaced: Vec<String>,
+    /// What is to be said, and of which flight.
+    notes: Vec<(String, String)>,
     hash: FlightsHash,
 }
 
@@ -117,7 +125,15 @@ impl SetInParts {
     fn add(&mut self, flight: &Flight, preparation: &Preparation) -> Result<(), SegmentError> {
         self.flights += 1;
         self.hash.add(flight);
-        for segment in segments(flight, preparation.segment_s)? {
+        let cut = segments(flight, preparation.segment_s)?;
+        if cut.has_holes {
+            let note = format!(
+                "no segment of {} s has room between its holes: kept whole, holes and all",
+                preparation.segment_s
+            );
+            self.notes.push((note, flight.name.clone()));
+        }
+        for segment in cut.segments {
             let placed = match &preparation.volume {
                 Some(volume) => place(&segment, volume, preparation.seed),
                 None => Ok(segment),
@@ -133,9 +149,10 @@ impl SetInParts {
     fn finish(self, preparation: &Preparation) -> FlightSet {
         let warnings = suspicions(&self.segments, &preparation.expected);
         let warnings = warnings.iter().map(|warning| format!("warning: {warning}"));
+        let notes = grouped(&self.notes).into_iter();
         FlightSet {
             flights: self.flights,
-            remarks: warnings.collect(),
+            remarks: notes.chain(warnings).collect(),
             segments: self.segments,
             unplaced: self.unplaced,
             sha256: self.hash.finish(),
@@ -205,6 +222,30 @@ mod tests {
         let set = FlightSet::prepare(&[flight("a", 1.0)], &preparation).unwrap();
         assert_eq!((set.flights, set.segments.len()), (1, 2));
         assert_eq!(set.segments[0].samples[0].position_m, [-1.0, -2.0, 3.0]);
+    }
+
+    #[test]
+    fn flights_that_stay_whole_with_their_holes_are_said_once() {
+        let holed = |name: &str| {
+            let mut flight = flight(name, 1.0);
+            let behind = flight.samples.iter_mut().skip(40);
+            behind.for_each(|sample| sample.time_s += 20.0);
+            flight
+        };
+        let preparation = Preparation {
+            segment_s: 15.0,
+            ..AS_IS
+        };
+        let flights = [holed("a"), holed("b"), flight("short", 1.0)];
+        let set = FlightSet::prepare(&flights, &preparation).unwrap();
+        assert_eq!(set.segments.len(), 3);
+        let notes: Vec<_> = set
+            .remarks
+            .iter()
+            .filter(|r| r.starts_with("note"))
+            .collect();
+        let said = "note: a and 1 more: no segment of 15 s has room between its holes: kept whole, holes and all";
+        assert_eq!(notes, [said]);
     }
 
     #[test]

@@ -7,6 +7,9 @@ use bnkf::blob::FeatureLayout;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
+/// Most epochs.
+pub const EPOCHS_MAX: u32 = 1_000_000;
+
 /// Features of the memoryless network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -163,7 +166,7 @@ impl TrainingSettings {
             ("kl-weight", self.kl_weight, 0.0, 1e9),
             ("prior-sigma", self.prior_sigma, 0.0, 1e3),
             ("initial-sigma", self.initial_sigma, 0.0, 10.0),
-            ("epochs", f64::from(self.epochs), 0.0, 1e6),
+            ("epochs", f64::from(self.epochs), 0.0, f64::from(EPOCHS_MAX)),
             ("patience", f64::from(self.patience), 0.0, 1e6),
             ("batch", self.batch as f64, 0.0, 1e6),
             ("rate", self.rate, 0.0, 1.0),

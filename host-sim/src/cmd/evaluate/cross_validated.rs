@@ -31,12 +31,21 @@ use crate::report::{self, Material, by_motion, forecasts, table};
 
 /// Every step.
 const STEPS: &str = "steps.parquet";
+/// What a step costs.
+const TIMES_JSON: &str = "runtime.json";
+const TIMES_CSV: &str = "runtime.csv";
 
 /// Folds, unless --folds says otherwise.
 const FOLDS: usize = 5;
 /// Training epochs of a full and a quick run.
 const EPOCHS: u32 = 200;
 const EPOCHS_QUICK: u32 = 30;
+
+/// Names of everything that may be written but figures.
+pub fn names() -> Vec<&'static str> {
+    let own = [STEPS, TIMES_JSON, TIMES_CSV, report::PAGE];
+    own.into_iter().chain(campaign_results::NAMES).collect()
+}
 
 /// Runs or continues a cross-validation, writes its files and prints its table.
 pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
@@ -49,7 +58,7 @@ pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
     }
     let (role, folders) = (args.division.role(), args.division.folders(&args.out)?);
     // Before the work, not after it.
-    super::prepare(args)?;
+    super::prepare(args, &[])?;
     let data = Data::of(&args.subject, &scenario)?;
     remarks::say(&data.remarks, &data.unplaced);
     for path in &args.models {
@@ -94,6 +103,9 @@ pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
         eprintln!("{}", quick_note(&campaign));
     }
     let plan = serde_json::to_string_pretty(&provenance).expect("every value has a representation");
+    if role != Role::Merge {
+        campaign.check_worlds()?;
+    }
     let work = WorkFolder::open_all(&folders, &plan, role)?;
     let bar: Mutex<Option<ProgressBar>> = Mutex::new(None);
     let watcher = |told| show(&bar, told);
@@ -138,8 +150,8 @@ pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
     // Apart from the results, which are the same bytes on every run: times are not.
     if !times.is_empty() {
         let json = serde_json::to_vec_pretty(&times).expect("every value has a representation");
-        atomic_file::write(&args.out.join("runtime.json"), &json)?;
-        atomic_file::write(&args.out.join("runtime.csv"), &runtime::csv(&times))?;
+        atomic_file::write(&args.out.join(TIMES_JSON), &json)?;
+        atomic_file::write(&args.out.join(TIMES_CSV), &runtime::csv(&times))?;
     }
     let examples = campaign.examples(&work, &outcome.candidates, &report::SHOWN)?;
     let material = Material {

@@ -22,7 +22,7 @@ use crate::scenario::radar::Radar;
 
 /// Writes the JSON file, if one was asked for, and prints the table.
 pub fn run(args: &Args, flights: &Path, own: &[OwnFilter]) -> Result<(), EvaluateError> {
-    super::prepare(args)?;
+    super::prepare(args, &[])?;
     let results = evaluate(args, flights, own)?;
     if let Some(path) = &args.json {
         results_json::write(path, &results)?;
