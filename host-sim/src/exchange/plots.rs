@@ -15,7 +15,7 @@ use bnkf_model_export::radar::polar::wrap_azimuth;
 use bnkf_model_export::radar::pose::Pose;
 use bnkf_model_export::radar::reading::Reading;
 
-use super::columns::{Row, Table, TableCause, TableError};
+use super::columns::{Row, Table, TableCause, TableError, is_same};
 use super::readings;
 
 /// Columns that tell targets apart.
@@ -153,13 +153,10 @@ pub fn read(path: &Path, sigmas: StatedSigmas) -> Result<Plots, TableError> {
 /// Names of columns that are no one's here, nor what `readings` writes beside the plots.
 fn unread(table: &Table) -> Vec<String> {
     let channels = [RANGE, ELEVATION, AZIMUTH, RANGE_RATE].concat();
-    let known = |name: &str| {
-        readings::header().contains(&name)
-            || name == "time_s"
-            || channels
-                .iter()
-                .any(|channel| channel.0 == name || channel.1 == name)
-    };
+    let mut known = readings::header();
+    known.push("time_s");
+    known.extend(channels.iter().flat_map(|channel| [channel.0, channel.1]));
+    let known = |name: &str| known.iter().any(|other| is_same(other, name));
     let names = table.names().iter().filter(|name| !known(name));
     names.cloned().collect()
 }
@@ -169,13 +166,12 @@ impl Columns {
         let time = match (table.find("time_us"), table.find("time_s")) {
             (Some(_), Some(_)) => {
                 let said = "both `time_us` and `time_s`".to_owned();
-                return Err(table.fault(Some(1), TableCause::Row(said)));
+                return Err(table.header_fault(TableCause::Row(said)));
             }
             (Some(at), None) => (at, "time_us", 1e-6),
             (None, Some(at)) => (at, "time_s", 1.0),
             (None, None) => {
-                let said = "there is no column `time_s` or `time_us`".to_owned();
-                return Err(table.fault(Some(1), TableCause::Row(said)));
+                return Err(table.lacks("`time_s` or `time_us`"));
             }
         };
         let channels = [
@@ -190,9 +186,8 @@ impl Columns {
             )?,
         ];
         if channels.iter().all(Option::is_none) {
-            let said =
-                "there is no column `range_m`, `elevation_rad`, `azimuth_rad` or `range_rate_mps`";
-            return Err(table.fault(Some(1), TableCause::Row(said.to_owned())));
+            let names = "`range_m`, `elevation_rad`, `azimuth_rad` or `range_rate_mps`";
+            return Err(table.lacks(names));
         }
         Ok(Self {
             names: NAMES.iter().filter_map(|name| table.find(name)).collect(),
@@ -283,10 +278,8 @@ fn channel(
         return Ok(None);
     };
     if let Some((_, (other, ..))) = found.next() {
-        return Err(table.fault(
-            Some(1),
-            TableCause::Row(format!("both `{name}` and `{other}`")),
-        ));
+        let said = format!("both `{name}` and `{other}`");
+        return Err(table.header_fault(TableCause::Row(said)));
     }
     let sigma = match (table.find(sigma_name), stated) {
         (Some(at), _) => Sigma::At(at, sigma_name),
@@ -294,7 +287,7 @@ fn channel(
         (None, None) => {
             let said =
                 format!("there is no column `{sigma_name}`; {option} gives one for all rows");
-            return Err(table.fault(Some(1), TableCause::Row(said)));
+            return Err(table.header_fault(TableCause::Row(said)));
         }
     };
     Ok(Some(Column {
