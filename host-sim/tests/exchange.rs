@@ -447,6 +447,79 @@ fn comments_stand_before_the_header_or_alone_in_their_line() {
     );
 }
 
+const WHOLE: &str = "time_s,range_m,elevation_rad,azimuth_rad,sigma_range_m,sigma_elevation_rad,sigma_azimuth_rad\n";
+
+#[test]
+fn azimuths_that_are_none_are_refused_and_degrees_are_suspected() {
+    let plots = |elevation: f64, azimuth: f64| {
+        let row = |i: usize| format!(".{i},30,{elevation},{azimuth},1,.01,.01\n");
+        let text = WHOLE.to_owned() + &(0..5).map(row).collect::<String>();
+        let (output, rows) = tracked(text.as_bytes());
+        (output.status.success(), rows, errors(&output))
+    };
+    let (succeeded, rows, said) = plots(0.3, 1e17);
+    assert!(!succeeded, "{said}");
+    for row in &rows {
+        let refused = "measurement: azimuth [rad] is not within -100 to 100";
+        assert_eq!(row["refused"], refused);
+    }
+    let warning = "warning: most of `azimuth_rad` are more than a whole turn; degrees are read from `azimuth_deg`";
+    assert!(said.contains(warning), "{said}");
+    let (succeeded, rows, said) = plots(0.3, 50.0);
+    assert!(succeeded && said.contains(warning), "{said}");
+    assert_eq!(rows[4]["mode"], "tracking");
+    let (_, _, said) = plots(45.0, 1.0);
+    let of_elevation = warning.replace("azimuth", "elevation");
+    assert!(
+        said.contains(&of_elevation) && !said.contains(warning),
+        "{said}"
+    );
+    assert_eq!(plots(0.3, 6.0).2, "");
+}
+
+#[test]
+fn a_sigma_that_is_too_large_is_named_and_not_its_value() {
+    let row = "0,30,.3,0,1,.01,.01\n.1,30,.3,0,1e300,.01,.01\n";
+    let (_, rows) = tracked(format!("{WHOLE}{row}").as_bytes());
+    let expected = "measurement: sigma of range [m] is not within 0.0001 to 100000";
+    assert_eq!(rows[1]["refused"], expected);
+}
+
+#[test]
+fn a_sigma_that_a_column_gives_already_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plots.csv");
+    let (file, out) = (path.to_str().unwrap(), folder.path().join("o"));
+    let refused = |text: String, option: &str| {
+        std::fs::write(&path, text).unwrap();
+        let arguments = ["track", "--readings", file, option, "500", "--out"];
+        let output = host_sim(&[&arguments[..], &[out.to_str().unwrap()]].concat());
+        let said = errors(&output);
+        let expected = format!("{option} is for channels whose `sigma_...` is no column");
+        assert_eq!(!output.status.success(), said.contains(&expected), "{said}");
+        !output.status.success()
+    };
+    let whole = || format!("{WHOLE}0,30,.3,0,1,.01,.01\n");
+    assert!(refused(whole(), "--sigma-range-m"));
+    assert!(refused(whole(), "--sigma-angle-rad"));
+    // Of a channel that is not there.
+    assert!(refused(whole(), "--sigma-range-rate-mps"));
+    assert!(!refused(
+        whole().replace("sigma_range_m", "sigma"),
+        "--sigma-range-m"
+    ));
+
+    let readings = readings(folder.path());
+    let estimates = estimates(folder.path(), &readings, |_| true);
+    let (entry, subject) = (format!("own={}", estimates.display()), subject());
+    let score = ["score", "--estimates", &entry, "--sigma-m", "500"];
+    let said = errors(&host_sim(&with(&score, &subject)));
+    assert!(
+        said.contains("--sigma-m is for estimates without a covariance"),
+        "{said}"
+    );
+}
+
 #[test]
 fn plots_that_cannot_be_used_are_named() {
     let folder = tempfile::tempdir().unwrap();

@@ -29,6 +29,8 @@ type Track = (usize, usize);
 pub struct Estimates {
     /// SHA-256 of the file.
     pub sha256: String,
+    /// Whether it says how sure it is.
+    pub has_covariance: bool,
     of: HashMap<Track, HashMap<u64, PositionEstimate>>,
 }
 
@@ -73,6 +75,7 @@ impl Estimates {
         }
         let mut estimates = Self {
             sha256: table.sha256.clone(),
+            has_covariance: covariance.is_some(),
             of: HashMap::new(),
         };
         while let Some(row) = table.next_row()? {

@@ -8,9 +8,11 @@
 //! for an estimate in a gap. Rows of several targets have a column `flight`, and what else tells them apart:
 //! `noise_table`, `noise`, `rate`. Others are not read, and said to be.
 
+use core::f64::consts::TAU;
 use std::collections::HashMap;
 use std::path::Path;
 
+use bnkf::measurement::AZIMUTH_MAX_RAD;
 use bnkf_model_export::radar::polar::wrap_azimuth;
 use bnkf_model_export::radar::pose::Pose;
 use bnkf_model_export::radar::reading::Reading;
@@ -41,6 +43,8 @@ pub struct Plots {
     pub targets: Vec<Target>,
     /// Columns that mean nothing here: somebody else's, or names that are not quite right.
     pub unread: Vec<String>,
+    /// Columns of radians that seem to hold degrees, and the names that would say so.
+    pub degrees: Vec<[&'static str; 2]>,
 }
 
 /// What a radar said of one target.
@@ -119,9 +123,18 @@ pub fn read(path: &Path, sigmas: StatedSigmas) -> Result<Plots, TableError> {
     let mut targets: Vec<Target> = Vec::new();
     let mut places: HashMap<String, usize> = HashMap::new();
     let mut start_s = None;
+    let (mut elevations, mut azimuths) = (Turns::default(), Turns::default());
     while let Some(row) = table.next_row()? {
         let plot = columns.plot(&row, &mut start_s);
-        let plot = plot.map_err(|cause| table.fault(Some(row.line), cause))?;
+        let mut plot = plot.map_err(|cause| table.fault(Some(row.line), cause))?;
+        if let Some(reading) = &mut plot.reading {
+            elevations.count(reading.elevation_rad);
+            azimuths.count(reading.azimuth_rad);
+            // What no azimuth is stays so, for the tracker to refuse.
+            if reading.azimuth_rad.abs() <= f64::from(AZIMUTH_MAX_RAD) {
+                reading.azimuth_rad = wrap_azimuth(reading.azimuth_rad);
+            }
+        }
         let parts = columns.names.iter().map(|at| row.text(*at));
         let name = parts.collect::<Vec<_>>().join(" ");
         let place = *places.entry(name).or_insert_with_key(|name| {
@@ -147,7 +160,39 @@ pub fn read(path: &Path, sigmas: StatedSigmas) -> Result<Plots, TableError> {
             target.plots.sort_by_key(came_us);
         }
     }
-    Ok(Plots { targets, unread })
+    let angles = [(ELEVATION, elevations), (AZIMUTH, azimuths)];
+    let degrees = angles.iter().filter_map(|(names, turns)| {
+        let [(in_radians, ..), (in_degrees, ..)] = names else {
+            return None;
+        };
+        let seems = turns.are_most() && table.find(in_radians).is_some();
+        seems.then_some([*in_radians, *in_degrees])
+    });
+    let degrees = degrees.collect();
+    Ok(Plots {
+        targets,
+        unread,
+        degrees,
+    })
+}
+
+/// How many angles lie beyond a whole turn.
+#[derive(Clone, Copy, Default)]
+struct Turns {
+    beyond: usize,
+    all: usize,
+}
+
+impl Turns {
+    /// Counts an angle, radians, if it is one.
+    fn count(&mut self, angle_rad: f64) {
+        self.all += usize::from(!angle_rad.is_nan());
+        self.beyond += usize::from(angle_rad.abs() > TAU);
+    }
+
+    fn are_most(&self) -> bool {
+        2 * self.beyond > self.all
+    }
 }
 
 /// Names of columns that are no one's here, nor what `readings` writes beside the plots.
@@ -185,6 +230,29 @@ impl Columns {
                 "--sigma-range-rate-mps",
             )?,
         ];
+        let [elevation, azimuth, range, range_rate] = channels.each_ref();
+        for (stated, option, own) in [
+            (sigmas.range_m, "--sigma-range-m", vec![range]),
+            (
+                sigmas.angle_rad,
+                "--sigma-angle-rad",
+                vec![elevation, azimuth],
+            ),
+            (
+                sigmas.range_rate_mps,
+                "--sigma-range-rate-mps",
+                vec![range_rate],
+            ),
+        ] {
+            let mut own = own.into_iter().flatten();
+            let is_used = own.any(|column| matches!(column.sigma, Sigma::Same(_)));
+            if stated.is_some() && !is_used {
+                let said = format!(
+                    "{option} is for channels whose `sigma_...` is no column: there is none"
+                );
+                return Err(table.header_fault(TableCause::Row(said)));
+            }
+        }
         if channels.iter().all(Option::is_none) {
             let names = "`range_m`, `elevation_rad`, `azimuth_rad` or `range_rate_mps`";
             return Err(table.lacks(names));
@@ -246,7 +314,7 @@ impl Columns {
                 time_us,
                 range_m: range.0,
                 elevation_rad: elevation.0,
-                azimuth_rad: wrap_azimuth(azimuth.0),
+                azimuth_rad: azimuth.0,
                 range_rate_mps: range_rate.0,
                 sigma_range_m: range.1,
                 sigma_elevation_rad: elevation.1,
