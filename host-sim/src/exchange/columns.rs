@@ -158,13 +158,13 @@ impl Table {
 
     /// What the header has, and between what.
     fn found(&self) -> String {
-        if self.header.len() > 1 {
+        if self.header.width() > 1 {
             return self.header.list(Separator::Comma);
         }
         // Columns between anything else than commas look like a single one.
         let mut others = Separator::ALL.into_iter().filter_map(|separator| {
             let header = first(&mut Records::new(self.records.bytes(), separator));
-            let header = header.ok().flatten().filter(|header| header.len() > 1)?;
+            let header = header.ok().flatten().filter(|header| header.width() > 1)?;
             Some(format!("{}, not commas", header.list(separator)))
         });
         others
@@ -198,14 +198,14 @@ impl Table {
     /// # Errors
     /// The line has more or fewer fields than the header, is not UTF-8, or opens a quote and closes none.
     pub fn next_row(&mut self) -> Result<Option<Row>, TableError> {
-        let expected = self.header.len();
+        let expected = self.header.width();
         loop {
             let record = self.records.next_record();
             let record = record.map_err(|(line, cause)| self.fault(Some(line), cause.into()))?;
             let Some(record) = record else {
                 return Ok(None);
             };
-            let (line, found) = (record.line, record.len());
+            let (line, found) = (record.line, record.width());
             if found == expected {
                 return Ok(Some(Row { line, record }));
             }

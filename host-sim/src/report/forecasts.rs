@@ -139,8 +139,8 @@ mod tests {
         ];
         assert_eq!(words(&lines[2]), row);
         // Of a method that is lost every number is large, and still one by itself.
-        let lost = all.clone().map(|mut forecast| {
-            forecast.score.error_m = 8397.110_875;
+        let lost = all.map(|mut forecast| {
+            forecast.score.error_m = 8_397.110_875;
             forecast.score.mahalanobis_squared = 592_424.4;
             forecast
         });

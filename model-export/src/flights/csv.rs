@@ -197,11 +197,11 @@ fn located((line, cause): (u64, RecordsError)) -> Located {
     (Some(line), cause.into())
 }
 
+/// The columns of a header, and the records after it.
+type Header<'a> = (Records<&'a [u8]>, Columns);
+
 /// The records after the header, by the first separator that gives the four columns.
-fn header<'a>(
-    bytes: &'a [u8],
-    options: &ReadOptions,
-) -> Result<(Records<&'a [u8]>, Columns), Located> {
+fn header<'a>(bytes: &'a [u8], options: &ReadOptions) -> Result<Header<'a>, Located> {
     let mut best: Option<(usize, Located)> = None;
     for separator in Separator::ALL {
         // Commas are tried in any case, for the sake of an error to give.
@@ -226,7 +226,7 @@ fn header_by<'a>(
     bytes: &'a [u8],
     separator: Separator,
     options: &ReadOptions,
-) -> Result<(Records<&'a [u8]>, Columns), (usize, Located)> {
+) -> Result<Header<'a>, (usize, Located)> {
     let mut records = Records::new(bytes, separator);
     let mut comment: Option<(usize, Located)> = None;
     loop {
@@ -242,7 +242,7 @@ fn header_by<'a>(
         match Columns::find(&record, separator, options) {
             Ok(columns) => return Ok((records, columns)),
             Err(cause) => {
-                let fault = (record.len(), (Some(record.line), cause.into()));
+                let fault = (record.width(), (Some(record.line), cause.into()));
                 // A header may stand in a comment; a comment need not be one.
                 if !record.is_comment() {
                     return Err(comment.unwrap_or(fault));

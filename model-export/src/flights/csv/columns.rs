@@ -179,7 +179,7 @@ impl Columns {
         let is_one = separator == Separator::Blank
             && options.columns.is_none()
             && !record.is_comment()
-            && record.len() == TUM
+            && record.width() == TUM
             && record.fields().all(|field| field.parse::<f64>().is_ok());
         is_one.then(|| Self {
             index: [0, 1, 2, 3],

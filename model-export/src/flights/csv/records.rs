@@ -98,7 +98,7 @@ impl Record {
     }
 
     /// Number of fields.
-    pub fn len(&self) -> usize {
+    pub fn width(&self) -> usize {
         self.fields.len()
     }
 
@@ -109,11 +109,11 @@ impl Record {
             format!("`{}`", short.escape_debug())
         });
         let mut names: Vec<String> = shown.collect();
-        if self.len() > LISTED_COLUMNS_MAX {
-            names.push(format!("{} more", self.len() - LISTED_COLUMNS_MAX));
+        if self.width() > LISTED_COLUMNS_MAX {
+            names.push(format!("{} more", self.width() - LISTED_COLUMNS_MAX));
         }
         let names = names.join(", ");
-        if self.len() == 1 {
+        if self.width() == 1 {
             names
         } else {
             format!("{names} between {}", separator.name())
