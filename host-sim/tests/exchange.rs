@@ -241,6 +241,11 @@ fn what_is_no_estimate_of_these_readings_is_refused_by_line_and_column() {
         ),
         (
             header.to_owned(),
+            good.replace(",3,1,0,0,1,0,1", ",3,1e300,0,0,1e300,0,1e300"),
+            ":2: the covariance is so large that its determinant is no number",
+        ),
+        (
+            header.to_owned(),
             good.replace(",3,", ",-1e8,"),
             ":2: a coordinate beyond +-10000000 m",
         ),
@@ -327,6 +332,194 @@ fn plots_in_other_layouts_are_the_same_plots() {
     assert_eq!(modes, ["started", "coasting", "tracking"]);
 }
 
+/// What `track` says of a file, and its rows of estimates.
+fn tracked(text: &[u8]) -> (Output, Vec<HashMap<String, String>>) {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, out) = (folder.path().join("plots.csv"), folder.path().join("out"));
+    std::fs::write(&path, text).unwrap();
+    let paths = [path.to_str().unwrap(), out.to_str().unwrap()];
+    let output = host_sim(&["track", "--readings", paths[0], "--out", paths[1]]);
+    let estimates = out.join("estimates.csv");
+    let rows = estimates.exists().then(|| rows(&estimates));
+    (output, rows.unwrap_or_default())
+}
+
+fn errors(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// A hundred plots of a target, each with `more` of its number behind them.
+fn hundred(header: &str, more: impl Fn(usize) -> String) -> String {
+    let mut text = format!("time_s,range_m,sigma_range_m{header}\n");
+    for i in 0..100 {
+        text += &format!("{:.1},{},1{}\n", 0.1 * i as f64, 30 + i, more(i));
+    }
+    text
+}
+
+#[test]
+fn a_forgotten_quote_swallows_no_plots() {
+    let open = |at: usize, i: usize| if i == at { ",\"forgotten" } else { ",\"kept\"" };
+    for text in [
+        hundred(",note", |i| open(50, i).to_owned()),
+        hundred(",note", |i| open(99, i).to_owned()) + "99,1,1,\"kept\"\n",
+        hundred(",note", |i| {
+            if i == 50 { ",\"forgotten" } else { ",kept" }.to_owned()
+        }),
+    ] {
+        let (output, rows) = tracked(text.as_bytes());
+        let said = errors(&output);
+        assert!(!output.status.success() && rows.is_empty(), "{said}");
+        let line = if text.contains("9.9,129,1,\"forgotten") {
+            101
+        } else {
+            52
+        };
+        let expected = format!("plots.csv:{line}: a quote is opened here and not closed");
+        assert!(said.contains(&expected), "{said}");
+    }
+}
+
+#[test]
+fn lines_are_counted_the_same_whatever_ends_them() {
+    let header = "\ntime_s,range_m,elevation_rad,azimuth_rad,sigma_range_m,sigma_elevation_rad,sigma_azimuth_rad\n";
+    let text = format!("{header}0,30,.3,0,1,.01,.01\n\n.1,30,.3,0,1,.01,.01\n");
+    for text in [text.clone(), text.replace('\n', "\r\n")] {
+        let (output, rows) = tracked(text.as_bytes());
+        assert!(output.status.success(), "{}", errors(&output));
+        let lines: Vec<_> = rows.iter().map(|row| row["line"].as_str()).collect();
+        assert_eq!(lines, ["3", "5"]);
+        let (output, _) = tracked(text.replace(".1,30", ".1,x").as_bytes());
+        let said = errors(&output);
+        assert!(said.contains("plots.csv:5: `range_m` is \"x\""), "{said}");
+    }
+}
+
+/// Names that a comment or a trimmed field would be made of, in this program's own table.
+#[test]
+fn a_flight_of_any_name_is_read_as_it_was_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let flights = folder.path().join("flights");
+    std::fs::create_dir(&flights).unwrap();
+    let names = ["#1.csv", " b .csv", "c, \"d\".csv"];
+    let sample = project().join("docs/sample-flights");
+    let sample = std::fs::read_dir(sample).unwrap();
+    let mut samples = sample.map(|entry| entry.unwrap().path());
+    let sample = samples.find(|path| path.extension().is_some_and(|e| e == "csv"));
+    for name in names {
+        std::fs::copy(sample.as_ref().unwrap(), flights.join(name)).unwrap();
+    }
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let subject = ["--flights", &path("flights")].map(str::to_owned);
+    run(&with(&["readings", "--out", &path("r")], &subject));
+    let readings = folder.path().join("r/readings.csv");
+    let estimates = estimates(folder.path(), &readings, |_| true);
+    let found = rows(&folder.path().join("track/estimates.csv"));
+    assert_eq!(found.len(), rows(&readings).len());
+    for name in names {
+        let own = found.iter().filter(|row| row["flight"].starts_with(name));
+        assert_eq!(own.count(), found.len() / 3, "{name:?}");
+    }
+    let entry = format!("outside={}", estimates.display());
+    let methods = ["--methods", "ekf"];
+    let score = with(&["score", "--estimates", &entry], &subject);
+    let output = host_sim(&[score, methods.to_vec()].concat());
+    let said = errors(&output);
+    assert!(
+        output.status.success() && !said.contains("divergences"),
+        "{said}"
+    );
+}
+
+#[test]
+fn comments_stand_before_the_header_or_alone_in_their_line() {
+    let plain = "Time_s, RANGE_M,elevation_rad,azimuth_rad,sigma_range_m,sigma_elevation_rad,sigma_azimuth_rad\n\
+                 0, 30 ,.3,0,1,.01,.01\n";
+    let (output, rows) = tracked(format!("# a radar, of mine\n{plain}# restarted\n").as_bytes());
+    assert!(output.status.success(), "{}", errors(&output));
+    assert_eq!((rows.len(), rows[0]["line"].as_str()), (1, "3"));
+    assert_eq!(errors(&output), "");
+    let (output, _) = tracked(format!("{plain}#.1,30,.3,0,1,.01\n").as_bytes());
+    let said = errors(&output);
+    assert!(
+        said.contains(":3: 6 fields, where the header has 7"),
+        "{said}"
+    );
+}
+
+const WHOLE: &str = "time_s,range_m,elevation_rad,azimuth_rad,sigma_range_m,sigma_elevation_rad,sigma_azimuth_rad\n";
+
+#[test]
+fn azimuths_that_are_none_are_refused_and_degrees_are_suspected() {
+    let plots = |elevation: f64, azimuth: f64| {
+        let row = |i: usize| format!(".{i},30,{elevation},{azimuth},1,.01,.01\n");
+        let text = WHOLE.to_owned() + &(0..5).map(row).collect::<String>();
+        let (output, rows) = tracked(text.as_bytes());
+        (output.status.success(), rows, errors(&output))
+    };
+    let (succeeded, rows, said) = plots(0.3, 1e17);
+    assert!(!succeeded, "{said}");
+    for row in &rows {
+        let refused = "measurement: azimuth [rad] is not within -100 to 100";
+        assert_eq!(row["refused"], refused);
+    }
+    let warning = "warning: most of `azimuth_rad` are more than a whole turn; degrees are read from `azimuth_deg`";
+    assert!(said.contains(warning), "{said}");
+    let (succeeded, rows, said) = plots(0.3, 50.0);
+    assert!(succeeded && said.contains(warning), "{said}");
+    assert_eq!(rows[4]["mode"], "tracking");
+    let (_, _, said) = plots(45.0, 1.0);
+    let of_elevation = warning.replace("azimuth", "elevation");
+    assert!(
+        said.contains(&of_elevation) && !said.contains(warning),
+        "{said}"
+    );
+    assert_eq!(plots(0.3, 6.0).2, "");
+}
+
+#[test]
+fn a_sigma_that_is_too_large_is_named_and_not_its_value() {
+    let row = "0,30,.3,0,1,.01,.01\n.1,30,.3,0,1e300,.01,.01\n";
+    let (_, rows) = tracked(format!("{WHOLE}{row}").as_bytes());
+    let expected = "measurement: sigma of range [m] is not within 0.0001 to 100000";
+    assert_eq!(rows[1]["refused"], expected);
+}
+
+#[test]
+fn a_sigma_that_a_column_gives_already_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plots.csv");
+    let (file, out) = (path.to_str().unwrap(), folder.path().join("o"));
+    let refused = |text: String, option: &str| {
+        std::fs::write(&path, text).unwrap();
+        let arguments = ["track", "--readings", file, option, "500", "--out"];
+        let output = host_sim(&[&arguments[..], &[out.to_str().unwrap()]].concat());
+        let said = errors(&output);
+        let expected = format!("{option} is for channels whose `sigma_...` is no column");
+        assert_eq!(!output.status.success(), said.contains(&expected), "{said}");
+        !output.status.success()
+    };
+    let whole = || format!("{WHOLE}0,30,.3,0,1,.01,.01\n");
+    assert!(refused(whole(), "--sigma-range-m"));
+    assert!(refused(whole(), "--sigma-angle-rad"));
+    // Of a channel that is not there.
+    assert!(refused(whole(), "--sigma-range-rate-mps"));
+    assert!(!refused(
+        whole().replace("sigma_range_m", "sigma"),
+        "--sigma-range-m"
+    ));
+
+    let readings = readings(folder.path());
+    let estimates = estimates(folder.path(), &readings, |_| true);
+    let (entry, subject) = (format!("own={}", estimates.display()), subject());
+    let score = ["score", "--estimates", &entry, "--sigma-m", "500"];
+    let said = errors(&host_sim(&with(&score, &subject)));
+    assert!(
+        said.contains("--sigma-m is for estimates without a covariance"),
+        "{said}"
+    );
+}
+
 #[test]
 fn plots_that_cannot_be_used_are_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -358,6 +551,15 @@ fn plots_that_cannot_be_used_are_named() {
             "`sensor_x_m`, but not `sensor_y_m`",
         ),
         ("time_s,range_m,sigma_range_m\n", "no rows"),
+        ("", "the file is empty"),
+        (
+            "time;range;sigma_range_m\n0,0;1,5;1\n",
+            ":1: there is no column `time_s` or `time_us`; the header has `time`, `range`, `sigma_range_m` between semicolons, not commas",
+        ),
+        (
+            "range,when\n1,1\n",
+            ":1: there is no column `time_s` or `time_us`; the header has `range`, `when` between commas",
+        ),
         (
             "time_s,time_us,range_m,sigma_range_m\n0,0,1,1\n",
             "both `time_us` and `time_s`",
@@ -386,6 +588,15 @@ fn plots_that_cannot_be_used_are_named() {
             "{expected}: {said}"
         );
     }
+    let utf_16: Vec<u8> = "\u{feff}time_s,range_m\n"
+        .encode_utf16()
+        .flat_map(u16::to_le_bytes)
+        .collect();
+    let said = errors(&tracked(&utf_16).0);
+    assert!(
+        said.contains(":1: UTF-16 text; save the file as UTF-8"),
+        "{said}"
+    );
     // What the tracker refuses is a row like any other, with the reason.
     std::fs::write(
         &path,

@@ -41,6 +41,18 @@ fn changed_blob() -> Vec<u8> {
     bytes
 }
 
+/// The header of an ELF file for Arm that holds nothing.
+fn empty_image() -> Vec<u8> {
+    let mut bytes = b"\x7fELF\x01\x01\x01".to_vec();
+    bytes.resize(16, 0);
+    // Type and machine, version, three places and flags, sizes and numbers.
+    bytes.extend([2_u16, 40, 1, 0].into_iter().flat_map(u16::to_le_bytes));
+    bytes.extend([0; 16]);
+    let sizes = [52_u16, 32, 0, 40, 0, 0];
+    bytes.extend(sizes.into_iter().flat_map(u16::to_le_bytes));
+    bytes
+}
+
 #[test]
 fn equal_blobs_succeed_and_a_changed_weight_fails() {
     let folder = tempfile::tempdir().unwrap();
@@ -104,8 +116,22 @@ fn wrong_inputs_give_one_line_and_a_failure() {
     assert!(passes.contains("passes"), "{passes}");
     let no_blob = error(command(&["--model", "/nowhere/m.bnkf"]));
     assert!(no_blob.starts_with("error: /nowhere/m.bnkf"), "{no_blob}");
-    let mut no_tools = with(&["--image", blob]);
-    no_tools.env("PATH", "/nowhere");
+    let other = std::env::current_exe().unwrap();
+    for file in [Path::new(blob), &other] {
+        let mut no_image = with(&["--image"]);
+        no_image.arg(file);
+        let no_image = error(no_image);
+        let expected = format!(
+            "error: {}: no ELF image for an Arm processor",
+            file.display()
+        );
+        assert!(no_image.starts_with(&expected), "{no_image}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let image = folder.path().join("image.elf");
+    std::fs::write(&image, empty_image()).unwrap();
+    let mut no_tools = with(&["--image"]);
+    no_tools.arg(&image).env("PATH", "/nowhere");
     let no_tools = error(no_tools);
     assert!(no_tools.contains("tests/setup.sh"), "{no_tools}");
 }

@@ -3,7 +3,7 @@
 mod tiny_campaign;
 
 use std::path::Path;
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use tiny_campaign::{evaluation, folder};
@@ -60,11 +60,9 @@ fn killed_five_times_it_ends_with_the_same_bytes() {
     );
 }
 
-#[test]
-fn pieces_of_another_run_are_refused() {
-    let folder = folder();
-    let mut child = evaluation(folder.path()).spawn().unwrap();
-    let plan = folder.path().join("out/work/plan.json");
+/// Begins a run and kills it when its folder says what it is.
+fn begin(mut command: Command, plan: &Path) {
+    let mut child = command.spawn().unwrap();
     let start = Instant::now();
     while !plan.exists() && start.elapsed() < Duration::from_secs(30) {
         std::thread::sleep(Duration::from_millis(5));
@@ -72,15 +70,64 @@ fn pieces_of_another_run_are_refused() {
     child.kill().unwrap();
     child.wait().unwrap();
     assert!(plan.exists());
-    let output = evaluation(folder.path())
-        .args(["--seed", "9"])
-        .stderr(Stdio::piped())
-        .output()
-        .unwrap();
-    let text = String::from_utf8(output.stderr).unwrap();
+}
+
+/// What a run says that must fail.
+fn refused(mut command: Command) -> String {
+    let output = command.stderr(Stdio::piped()).output().unwrap();
     assert!(!output.status.success());
+    String::from_utf8(output.stderr).unwrap()
+}
+
+#[test]
+fn pieces_of_another_run_are_refused() {
+    let folder = folder();
+    let plan = folder.path().join("out/work/plan.json");
+    begin(evaluation(folder.path()), &plan);
+    let with = |more: &[&str]| {
+        let mut command = evaluation(folder.path());
+        command.args(more);
+        refused(command)
+    };
+    let text = with(&["--seed", "9"]);
+    let expected = "out/work: holds the pieces of another run: ";
+    assert!(text.contains(expected), "{text}");
+    assert!(text.contains("seed = 1, now 9"), "{text}");
+    let text = with(&["--steps"]);
+    let steps = format!("{expected}steps = false, now true; remove it");
+    assert!(text.contains(&steps), "{text}");
+}
+
+#[test]
+fn the_same_flights_by_another_path_are_the_same_run() {
+    let folder = folder();
+    let flights = folder.path().join("d2");
+    std::fs::create_dir(&flights).unwrap();
+    for number in 0..2 {
+        let rows = (0..60).map(|i| format!("{0}.{1},{number}.{i:02},20,{0}\n", i / 10, i % 10));
+        let text = format!("timestamp,tx,ty,tz\n{}", rows.collect::<String>());
+        std::fs::write(flights.join(format!("{number}.csv")), text).unwrap();
+    }
+    let of = |path: &str, more: &[&str]| {
+        let mut command = evaluation(folder.path());
+        command.args(["--flights", path]).args(more);
+        command
+    };
+    let plan = folder.path().join("out/work/plan.json");
+    begin(of("d2", &[]), &plan);
+    // Opens the folder and finds out that nothing is finished.
+    let text = refused(of("./d2", &["--merge"]));
+    assert!(text.contains("of its pieces are missing"), "{text}");
+    let text = refused(of("d2", &["--merge", "--segment-s", "3"]));
     assert!(
-        text.contains("out/work: holds the pieces of another run"),
+        text.contains("another run: ") && text.contains("segments_sha256 = "),
         "{text}"
     );
+    let path = flights.join("0.csv");
+    let other = std::fs::read_to_string(&path)
+        .unwrap()
+        .replace(",20,", ",21,");
+    std::fs::write(path, other).unwrap();
+    let text = refused(of("d2", &["--merge"]));
+    assert!(text.contains("another run: data_sha256 = "), "{text}");
 }

@@ -1,16 +1,20 @@
 //! Finished pieces of a long run, on disk: a run that was killed continues where it was.
 //!
-//! Every piece is a file that appears whole or not at all. The folder belongs to one plan: pieces
+//! Every piece is a file that appears whole or not at all, and ends with the hash of its bytes (blobs have
+//! their own). The folder belongs to one plan: pieces
 //! of another are never mixed in. Shards of one plan may share it: each piece has one writer at a time.
 
 mod error;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use bnkf_model_export::atomic_file;
+use bnkf_model_export::blob::sealed;
 use bnkf_model_export::regular_file;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
 
 use super::claim::Claim;
 use super::shard::Shard;
@@ -21,6 +25,9 @@ const PLAN: &str = "plan.json";
 const LOCK: &str = "lock";
 /// Ending of what shards and the makers of pieces hold.
 const CLAIM: &str = "claim";
+
+/// Most characters of a value that a message shows.
+const VALUE_CHARACTERS_MAX: usize = 64;
 
 /// Longest piece, bytes.
 const PIECE_BYTES_MAX: u64 = 1 << 32;
@@ -85,7 +92,10 @@ impl WorkFolder {
         let _one_at_a_time = Claim::wait(&folder.claim_path(PLAN)).map_err(io)?;
         match folder.bytes(PLAN)? {
             Some(found) if found != plan.as_bytes() => {
-                return Err(WorkFolderError::OtherPlan(path.to_owned()));
+                return Err(WorkFolderError::OtherPlan {
+                    path: path.to_owned(),
+                    differing: differing(&found, plan),
+                });
             }
             Some(_) => {}
             None => folder.keep(PLAN, plan.as_bytes())?,
@@ -193,12 +203,14 @@ impl WorkFolder {
     /// A finished piece.
     ///
     /// # Errors
-    /// The piece is there and cannot be read.
+    /// The piece is there and cannot be read, or is not what was kept.
     pub fn load<T: DeserializeOwned>(&self, name: &str) -> Result<Option<T>, WorkFolderError> {
-        let bytes = self.bytes(name)?;
-        bytes
-            .map(|bytes| postcard::from_bytes(&bytes).map_err(|_| self.damaged(name)))
-            .transpose()
+        let Some(bytes) = self.bytes(name)? else {
+            return Ok(None);
+        };
+        let piece = sealed::without_hash(&bytes).map_err(|_| self.damaged(name))?;
+        let piece = postcard::from_bytes(piece).map_err(|_| self.damaged(name))?;
+        Ok(Some(piece))
     }
 
     /// What is said of pieces that are not there.
@@ -223,7 +235,7 @@ impl WorkFolder {
     /// Never: pieces are plain data.
     pub fn store<T: Serialize>(&self, name: &str, piece: &T) -> Result<(), WorkFolderError> {
         let bytes = postcard::to_stdvec(piece).expect("pieces are plain data");
-        self.keep(name, &bytes)
+        self.keep(name, &sealed::with_hash(bytes))
     }
 
     /// Where the piece `name` is kept, or will be.
@@ -250,6 +262,36 @@ impl WorkFolder {
             cause,
         })
     }
+}
+
+/// What a plan of JSON has otherwise than another, each with the value there and the value here.
+fn differing(found: &[u8], plan: &str) -> Vec<String> {
+    let parsed: (Result<Map<_, _>, _>, Result<Map<_, _>, _>) =
+        (serde_json::from_slice(found), serde_json::from_str(plan));
+    let (Ok(found), Ok(plan)) = parsed else {
+        return Vec::new();
+    };
+    let all: BTreeSet<&String> = found.keys().chain(plan.keys()).collect();
+    let value = |of: &Map<String, Value>, key: &str| match of.get(key) {
+        None => "nothing".to_owned(),
+        Some(value) => {
+            let text = value.to_string();
+            let mut short: String = text.chars().take(VALUE_CHARACTERS_MAX).collect();
+            if short.len() < text.len() {
+                short += "..";
+            }
+            short
+        }
+    };
+    let other = |key: &&String| found.get(*key) != plan.get(*key);
+    all.into_iter()
+        .filter(other)
+        .map(|key| match (value(&found, key), value(&plan, key)) {
+            // Long ones may begin alike.
+            (there, here) if there == here => key.clone(),
+            (there, here) => format!("{key} = {there}, now {here}"),
+        })
+        .collect()
 }
 
 /// Something in a folder without a plan, which no evaluation has put there.
@@ -287,7 +329,7 @@ mod tests {
 
         assert!(matches!(
             WorkFolder::open(&path, "plan b", Role::Alone),
-            Err(WorkFolderError::OtherPlan(_))
+            Err(WorkFolderError::OtherPlan { .. })
         ));
         let folder = WorkFolder::open(&path, "plan a", Role::Alone).unwrap();
         assert_eq!(
@@ -314,6 +356,39 @@ mod tests {
         std::fs::write(folder.path_of("piece"), [9]).unwrap();
         let error = folder.load::<Vec<f64>>("piece").unwrap_err();
         assert!(error.to_string().contains("piece: damaged"), "{error}");
+    }
+
+    #[test]
+    fn a_flipped_bit_anywhere_in_a_piece_is_damage() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = WorkFolder::open(root.path(), "plan", Role::Alone).unwrap();
+        folder.store("piece", &vec![0.5, 1.5]).unwrap();
+        let whole = folder.bytes("piece").unwrap().unwrap();
+        for at in 0..whole.len() {
+            let mut bytes = whole.clone();
+            bytes[at] ^= 1;
+            folder.keep("piece", &bytes).unwrap();
+            let error = folder.load::<Vec<f64>>("piece").unwrap_err();
+            assert!(
+                matches!(error, WorkFolderError::Damaged(_)),
+                "{at}: {error}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_differs_between_two_plans_is_named() {
+        let root = tempfile::tempdir().unwrap();
+        let open = |plan| WorkFolder::open(root.path(), plan, Role::Alone);
+        let list = format!("[{}0]", "1,".repeat(99));
+        let first = format!("{{\"folds\": 2, \"list\": {list}, \"old\": 1, \"seed\": 7}}");
+        open(&first).unwrap();
+        let error = open("{\"folds\": 2, \"list\": [1], \"seed\": 8}").unwrap_err();
+        let cut = "1,".repeat(31);
+        let expected = format!(
+            "holds the pieces of another run: list = [{cut}1.., now [1]; old = 1, now nothing; seed = 7, now 8; remove it"
+        );
+        assert!(error.to_string().contains(&expected), "{error}");
     }
 
     #[test]
@@ -373,6 +448,9 @@ mod tests {
         assert!(!all.has("three"));
         drop(all);
         let error = WorkFolder::open_all(&paths, "other", Role::Merge).unwrap_err();
-        assert!(matches!(error, WorkFolderError::OtherPlan(_)), "{error}");
+        assert!(
+            matches!(error, WorkFolderError::OtherPlan { .. }),
+            "{error}"
+        );
     }
 }

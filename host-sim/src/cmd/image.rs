@@ -17,6 +17,7 @@ use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 use bnkf_model_export::radar::sampling::RadarSettings;
 use bnkf_model_export::radar::sensors::Sensors;
 use bnkf_model_export::regular_file::{self, ReadFileError};
+use object::{Architecture, BinaryFormat, Object as _};
 
 use crate::contest::default_models;
 use crate::contest::model::{Model, ModelError};
@@ -155,9 +156,12 @@ pub enum ImageError {
     /// The image cannot be run, or refuses the settings.
     #[error(transparent)]
     Equality(#[from] EqualityError),
-    /// The image cannot be read, or is none.
+    /// The image cannot be read.
     #[error(transparent)]
     Image(#[from] ReadFileError),
+    /// QEMU would run its bytes as if they were code.
+    #[error("{}: no ELF image for an Arm processor", .0.display())]
+    NoImage(PathBuf),
     /// The image's log cannot be read.
     #[error(transparent)]
     Log(#[from] ImageLogError),
@@ -220,7 +224,10 @@ pub fn run(args: &Args) -> Result<(), ImageError> {
     // The settings are checked before anything slow is started.
     Tracker::new(blob, settings).map_err(EqualityError::from)?;
     if let Some(image) = &args.image {
-        regular_file::read(image, IMAGE_BYTES_MAX)?;
+        let bytes = regular_file::read(image, IMAGE_BYTES_MAX)?;
+        if !is_image(&bytes) {
+            return Err(ImageError::NoImage(image.clone()));
+        }
     }
     let flight = flight(args, &model.volume().unwrap_or(Volume::PAPER))?;
     let radar = RadarSettings::paper(args.noise, args.noise_table, args.rate, args.seed);
@@ -283,6 +290,13 @@ pub fn run(args: &Args) -> Result<(), ImageError> {
         }
     }
     verdict(&comparison, session.ready().blob_crc, blob.checksum())
+}
+
+/// Whether the file is one that QEMU's board can run.
+fn is_image(bytes: &[u8]) -> bool {
+    object::File::parse(bytes).is_ok_and(|file| {
+        (file.format(), file.architecture()) == (BinaryFormat::Elf, Architecture::Arm)
+    })
 }
 
 /// How the networks are asked, where a model's own way is `own`.

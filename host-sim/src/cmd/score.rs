@@ -23,7 +23,7 @@ pub struct Args {
     /// Estimates: a CSV file, after the name that they have in the tables
     #[arg(long = "estimates", value_name = "NAME=FILE", required = true, value_parser = entry)]
     pub entries: Vec<Entry>,
-    /// Standard deviation on every axis, metres, of estimates without a covariance
+    /// Standard deviation on every axis, metres, of estimates without a covariance; refused if all have one
     #[arg(long, value_name = "M", value_parser = positive)]
     pub sigma_m: Option<f64>,
     /// What is evaluated.
@@ -43,6 +43,9 @@ pub struct Entry {
 /// Why nothing was scored.
 #[derive(Debug, thiserror::Error)]
 pub enum ScoreError {
+    /// `--sigma-m` beside files that all have a covariance.
+    #[error("--sigma-m is for estimates without a covariance, and these have one")]
+    IdleSigma,
     /// A file cannot be used.
     #[error(transparent)]
     Estimates(#[from] TableError),
@@ -67,8 +70,10 @@ pub fn run(args: &Args) -> Result<(), ScoreError> {
         conditions: &conditions,
     };
     let mut own: Vec<OwnFilter> = Vec::new();
+    let mut is_sigma_used = false;
     for Entry { name, path } in &args.entries {
         let estimates = Estimates::read(path, subject, args.sigma_m)?;
+        is_sigma_used |= !estimates.has_covariance;
         let (scored, wanted) = (estimates.scored(), subject.steps());
         if scored < wanted {
             eprintln!(
@@ -80,6 +85,9 @@ pub fn run(args: &Args) -> Result<(), ScoreError> {
         own.push(recorded_estimates::method(
             *name, estimates, flights, conditions,
         ));
+    }
+    if args.sigma_m.is_some() && !is_sigma_used {
+        return Err(ScoreError::IdleSigma);
     }
     evaluate::evaluate_with(&args.evaluation, own)?;
     Ok(())

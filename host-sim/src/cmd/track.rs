@@ -39,7 +39,7 @@ pub struct Args {
     /// Monte Carlo passes per estimate [default: the model's own number]
     #[arg(long, value_name = "N")]
     pub passes: Option<u16>,
-    /// Standard deviation of the range, metres, if the file has no column of it
+    /// Standard deviation of the range, metres, if the file has no column of it; else refused
     #[arg(long, value_name = "M", value_parser = positive)]
     pub sigma_range_m: Option<f64>,
     /// The same of both angles, radians
@@ -109,10 +109,19 @@ pub fn run(args: &Args) -> Result<(), TrackError> {
         angle_rad: args.sigma_angle_rad,
         range_rate_mps: args.sigma_range_rate_mps,
     };
-    let Plots { targets, unread } = plots::read(&args.readings, sigmas)?;
+    let Plots {
+        targets,
+        unread,
+        degrees,
+    } = plots::read(&args.readings, sigmas)?;
     if !unread.is_empty() {
         let names = unread.join("`, `");
         eprintln!("note: columns that are not read: `{names}`");
+    }
+    for [in_radians, in_degrees] in degrees {
+        eprintln!(
+            "warning: most of `{in_radians}` are more than a whole turn; degrees are read from `{in_degrees}`"
+        );
     }
     let (mut text, mut said) = (CsvText::new(&tracked::HEADER), String::new());
     let (mut figure, mut refusal, mut tracked_any) = (None, None, false);

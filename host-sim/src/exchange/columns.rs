@@ -1,10 +1,14 @@
-//! A CSV file with a header, its columns found by their names.
+//! A CSV file with a header, its columns found by their names, in any case of letters.
+//!
+//! Quotes are RFC 4180's, and lines are read as those of flight files are. Before the header lines that begin
+//! with `#` are comments; after it only those of a single field, for a flight's name may begin with one. Blanks
+//! around numbers and columns' names are nothing; those around other texts are theirs.
 
 use std::path::{Path, PathBuf};
 
+use bnkf_model_export::flights::csv::records::{Record, Records, RecordsError, Separator};
 use bnkf_model_export::flights::data_hash;
 use bnkf_model_export::regular_file::{self, ReadFileCause};
-use csv::{ReaderBuilder, StringRecord, StringRecordsIntoIter};
 
 /// Largest file, bytes.
 pub const FILE_BYTES_MAX: u64 = 1 << 30;
@@ -28,12 +32,28 @@ pub enum TableCause {
     /// It cannot be read.
     #[error(transparent)]
     Read(#[from] ReadFileCause),
-    /// The lines are not records of as many fields as the header has.
-    #[error("{0}")]
-    Csv(String),
+    /// There is no header.
+    #[error("the file is empty")]
+    Empty,
+    /// The lines are not records.
+    #[error(transparent)]
+    Records(#[from] RecordsError),
+    /// A row of more or fewer fields than the header.
+    #[error("{found} fields, where the header has {expected}")]
+    Length {
+        /// Its fields.
+        found: usize,
+        /// Those of the header.
+        expected: usize,
+    },
     /// The header lacks a column.
-    #[error("there is no column `{0}`")]
-    NoColumn(String),
+    #[error("there is no column {name}; the header has {found}")]
+    NoColumn {
+        /// Its name in backticks, or several.
+        name: String,
+        /// What the header has.
+        found: String,
+    },
     /// The header names a column twice.
     #[error("the column `{0}` is there twice")]
     Twice(String),
@@ -65,15 +85,16 @@ pub struct Table {
     path: PathBuf,
     /// SHA-256 of the file.
     pub sha256: String,
-    header: Vec<String>,
-    rows: StringRecordsIntoIter<std::io::Cursor<Vec<u8>>>,
+    header: Record,
+    names: Vec<String>,
+    records: Records<Vec<u8>>,
 }
 
 /// One row.
 pub struct Row {
     /// Its line, counted from 1.
     pub line: u64,
-    record: StringRecord,
+    record: Record,
 }
 
 impl Table {
@@ -87,41 +108,37 @@ impl Table {
             line,
             cause,
         };
-        let mut bytes = regular_file::read(path, FILE_BYTES_MAX)
+        let bytes = regular_file::read(path, FILE_BYTES_MAX)
             .map_err(|error| failed(None, error.cause.into()))?;
         let sha256 = data_hash::of_bytes(&bytes);
-        if bytes.starts_with(b"\xef\xbb\xbf") {
-            bytes.drain(..3);
-        }
-        let mut reader = ReaderBuilder::new()
-            .trim(csv::Trim::All)
-            .comment(Some(b'#'))
-            .from_reader(std::io::Cursor::new(bytes));
-        let header = reader
-            .headers()
-            .map_err(|error| failed(Some(1), TableCause::Csv(error.to_string())))?;
-        let header: Vec<String> = header.iter().map(str::to_owned).collect();
-        for (index, name) in header.iter().enumerate() {
-            if header[..index].contains(name) {
-                return Err(failed(Some(1), TableCause::Twice(name.clone())));
+        let mut records = Records::new(bytes, Separator::Comma);
+        let header = first(&mut records);
+        let header = header.map_err(|(line, cause)| failed(Some(line), cause.into()))?;
+        let header = header.ok_or_else(|| failed(None, TableCause::Empty))?;
+        records.comments = false;
+        let names: Vec<String> = header.fields().map(str::to_owned).collect();
+        for (index, name) in names.iter().enumerate() {
+            if names[..index].iter().any(|other| is_same(other, name)) {
+                return Err(failed(Some(header.line), TableCause::Twice(name.clone())));
             }
         }
         Ok(Self {
             path: path.to_owned(),
             sha256,
             header,
-            rows: reader.into_records(),
+            names,
+            records,
         })
     }
 
     /// Names of all columns.
     pub fn names(&self) -> &[String] {
-        &self.header
+        &self.names
     }
 
     /// Place of a column, if there is one of that name.
     pub fn find(&self, name: &str) -> Option<usize> {
-        self.header.iter().position(|other| other == name)
+        self.names.iter().position(|other| is_same(other, name))
     }
 
     /// Place of a column.
@@ -130,7 +147,29 @@ impl Table {
     /// There is none.
     pub fn column(&self, name: &str) -> Result<usize, TableError> {
         self.find(name)
-            .ok_or_else(|| self.fault(Some(1), TableCause::NoColumn(name.to_owned())))
+            .ok_or_else(|| self.lacks(&format!("`{name}`")))
+    }
+
+    /// The error of a header without a column: its name in backticks, or several.
+    pub fn lacks(&self, name: &str) -> TableError {
+        let (name, found) = (name.to_owned(), self.found());
+        self.header_fault(TableCause::NoColumn { name, found })
+    }
+
+    /// What the header has, and between what.
+    fn found(&self) -> String {
+        if self.header.width() > 1 {
+            return self.header.list(Separator::Comma);
+        }
+        // Columns between anything else than commas look like a single one.
+        let mut others = Separator::ALL.into_iter().filter_map(|separator| {
+            let header = first(&mut Records::new(self.records.bytes(), separator));
+            let header = header.ok().flatten().filter(|header| header.width() > 1)?;
+            Some(format!("{}, not commas", header.list(separator)))
+        });
+        others
+            .next()
+            .unwrap_or_else(|| self.header.list(Separator::Comma))
     }
 
     /// Places of columns that belong together; `None` where none of them is there.
@@ -148,7 +187,7 @@ impl Table {
         for (place, name) in places.iter_mut().zip(names) {
             *place = self.find(name).ok_or_else(|| {
                 let (there, lacks) = ((*there).to_owned(), name.to_owned());
-                self.fault(Some(1), TableCause::Half { there, lacks })
+                self.header_fault(TableCause::Half { there, lacks })
             })?;
         }
         Ok(Some(places))
@@ -157,17 +196,21 @@ impl Table {
     /// The next row; `None` at the end.
     ///
     /// # Errors
-    /// The line has more or fewer fields than the header, or is not UTF-8.
+    /// The line has more or fewer fields than the header, is not UTF-8, or opens a quote and closes none.
     pub fn next_row(&mut self) -> Result<Option<Row>, TableError> {
-        match self.rows.next() {
-            None => Ok(None),
-            Some(Ok(record)) => Ok(Some(Row {
-                line: record.position().map_or(0, csv::Position::line),
-                record,
-            })),
-            Some(Err(error)) => {
-                let line = error.position().map(csv::Position::line);
-                Err(self.fault(line, TableCause::Csv(said(&error))))
+        let expected = self.header.width();
+        loop {
+            let record = self.records.next_record();
+            let record = record.map_err(|(line, cause)| self.fault(Some(line), cause.into()))?;
+            let Some(record) = record else {
+                return Ok(None);
+            };
+            let (line, found) = (record.line, record.width());
+            if found == expected {
+                return Ok(Some(Row { line, record }));
+            }
+            if found > 1 || !record.field(0).starts_with('#') {
+                return Err(self.fault(Some(line), TableCause::Length { found, expected }));
             }
         }
     }
@@ -180,23 +223,37 @@ impl Table {
             cause,
         }
     }
+
+    /// An error in its header.
+    pub fn header_fault(&self, cause: TableCause) -> TableError {
+        self.fault(Some(self.header.line), cause)
+    }
 }
 
-/// Without the position, which [`TableError`] says.
-fn said(error: &csv::Error) -> String {
-    match error.kind() {
-        csv::ErrorKind::UnequalLengths {
-            expected_len, len, ..
-        } => format!("{len} fields, where the header has {expected_len}"),
-        csv::ErrorKind::Utf8 { .. } => "not UTF-8 text".to_owned(),
-        _ => error.to_string(),
+/// Whether two names are of one column.
+pub fn is_same(name: &str, other: &str) -> bool {
+    name.eq_ignore_ascii_case(other)
+}
+
+/// The first record that is no comment.
+fn first<B: AsRef<[u8]>>(records: &mut Records<B>) -> Result<Option<Record>, (u64, RecordsError)> {
+    loop {
+        match records.next_record()? {
+            Some(record) if record.is_comment() => {}
+            other => return Ok(other),
+        }
     }
 }
 
 impl Row {
-    /// The text of a field.
+    /// The text of a field, as it is: a name may begin or end with blanks.
     pub fn text(&self, column: usize) -> &str {
-        self.record.get(column).unwrap_or("")
+        self.record.text(column)
+    }
+
+    /// The text of a field without blanks around it.
+    pub fn word(&self, column: usize) -> &str {
+        self.record.field(column)
     }
 
     /// A finite number.
@@ -204,7 +261,7 @@ impl Row {
     /// # Errors
     /// Something else.
     pub fn number(&self, column: usize, name: &'static str) -> Result<f64, TableCause> {
-        let number = self.text(column).parse::<f64>().ok();
+        let number = self.word(column).parse::<f64>().ok();
         number
             .filter(|number| number.is_finite())
             .ok_or_else(|| self.wrong(column, name, "a finite number"))
@@ -219,7 +276,7 @@ impl Row {
         column: usize,
         name: &'static str,
     ) -> Result<Option<f64>, TableCause> {
-        if self.text(column).is_empty() {
+        if self.word(column).is_empty() {
             return Ok(None);
         }
         self.number(column, name).map(Some)
@@ -230,7 +287,7 @@ impl Row {
     /// # Errors
     /// Something else.
     pub fn count(&self, column: usize, name: &'static str) -> Result<u64, TableCause> {
-        let number = self.text(column).parse().ok();
+        let number = self.word(column).parse().ok();
         number.ok_or_else(|| self.wrong(column, name, "a whole number from 0"))
     }
 
@@ -238,7 +295,7 @@ impl Row {
     pub fn wrong(&self, column: usize, name: &'static str, expected: &'static str) -> TableCause {
         TableCause::Field {
             column: name,
-            text: self.text(column).chars().take(40).collect(),
+            text: self.word(column).chars().take(40).collect(),
             expected,
         }
     }

@@ -29,6 +29,8 @@ type Track = (usize, usize);
 pub struct Estimates {
     /// SHA-256 of the file.
     pub sha256: String,
+    /// Whether it says how sure it is.
+    pub has_covariance: bool,
     of: HashMap<Track, HashMap<u64, PositionEstimate>>,
 }
 
@@ -69,10 +71,11 @@ impl Estimates {
         let covariance = table.group(COVARIANCE)?;
         if covariance.is_none() && sigma_m.is_none() {
             let said = "no covariance: columns xx_m2,xy_m2,xz_m2,yy_m2,yz_m2,zz_m2, or --sigma-m says how sure they are on every axis";
-            return Err(table.fault(Some(1), TableCause::Row(said.to_owned())));
+            return Err(table.header_fault(TableCause::Row(said.to_owned())));
         }
         let mut estimates = Self {
             sha256: table.sha256.clone(),
+            has_covariance: covariance.is_some(),
             of: HashMap::new(),
         };
         while let Some(row) = table.next_row()? {
@@ -148,15 +151,15 @@ impl Keys {
         let flight = flight.ok_or_else(|| unknown(format!("flight {name:?}")))?;
         let rate = row.number(self.rate, "rate")?;
         let is_meant = |condition: &Condition| {
-            condition.noise.to_string() == row.text(self.noise)
+            condition.noise.to_string() == row.word(self.noise)
                 && (condition.rate.get() - rate).abs() < 1e-9
                 && self
                     .noise_table
-                    .is_none_or(|at| condition.table.to_string() == row.text(at))
+                    .is_none_or(|at| condition.table.to_string() == row.word(at))
         };
         let condition = subject.conditions.iter().position(is_meant);
         let condition = condition
-            .ok_or_else(|| unknown(format!("noise {:?} at rate {rate}", row.text(self.noise))))?;
+            .ok_or_else(|| unknown(format!("noise {:?} at rate {rate}", row.word(self.noise))))?;
         let step = row.count(self.step, "step")?;
         if step >= subject.flights[flight].samples.len() as u64 {
             return Err(unknown(format!("step {step} of flight {name:?}")));
@@ -203,10 +206,13 @@ fn estimate(
     }
     // What no score can be made of would silently count as a divergence.
     if StepScore::new(&position_m, &covariance_m2, &position_m).is_err() {
-        return Err(TableCause::Row(
+        let diagonal = covariance_m2.diagonal();
+        let said = if diagonal.min() > 0.0 && diagonal.product().is_infinite() {
+            "the covariance is so large that its determinant is no number"
+        } else {
             "the covariance is not positive definite, or its determinant is too small for a number"
-                .to_owned(),
-        ));
+        };
+        return Err(TableCause::Row(said.to_owned()));
     }
     Ok(PositionEstimate::new(position_m, covariance_m2))
 }

@@ -8,14 +8,16 @@
 //! for an estimate in a gap. Rows of several targets have a column `flight`, and what else tells them apart:
 //! `noise_table`, `noise`, `rate`. Others are not read, and said to be.
 
+use core::f64::consts::TAU;
 use std::collections::HashMap;
 use std::path::Path;
 
+use bnkf::measurement::AZIMUTH_MAX_RAD;
 use bnkf_model_export::radar::polar::wrap_azimuth;
 use bnkf_model_export::radar::pose::Pose;
 use bnkf_model_export::radar::reading::Reading;
 
-use super::columns::{Row, Table, TableCause, TableError};
+use super::columns::{Row, Table, TableCause, TableError, is_same};
 use super::readings;
 
 /// Columns that tell targets apart.
@@ -41,6 +43,8 @@ pub struct Plots {
     pub targets: Vec<Target>,
     /// Columns that mean nothing here: somebody else's, or names that are not quite right.
     pub unread: Vec<String>,
+    /// Columns of radians that seem to hold degrees, and the names that would say so.
+    pub degrees: Vec<[&'static str; 2]>,
 }
 
 /// What a radar said of one target.
@@ -119,9 +123,18 @@ pub fn read(path: &Path, sigmas: StatedSigmas) -> Result<Plots, TableError> {
     let mut targets: Vec<Target> = Vec::new();
     let mut places: HashMap<String, usize> = HashMap::new();
     let mut start_s = None;
+    let (mut elevations, mut azimuths) = (Turns::default(), Turns::default());
     while let Some(row) = table.next_row()? {
         let plot = columns.plot(&row, &mut start_s);
-        let plot = plot.map_err(|cause| table.fault(Some(row.line), cause))?;
+        let mut plot = plot.map_err(|cause| table.fault(Some(row.line), cause))?;
+        if let Some(reading) = &mut plot.reading {
+            elevations.count(reading.elevation_rad);
+            azimuths.count(reading.azimuth_rad);
+            // What no azimuth is stays so, for the tracker to refuse.
+            if reading.azimuth_rad.abs() <= f64::from(AZIMUTH_MAX_RAD) {
+                reading.azimuth_rad = wrap_azimuth(reading.azimuth_rad);
+            }
+        }
         let parts = columns.names.iter().map(|at| row.text(*at));
         let name = parts.collect::<Vec<_>>().join(" ");
         let place = *places.entry(name).or_insert_with_key(|name| {
@@ -147,19 +160,48 @@ pub fn read(path: &Path, sigmas: StatedSigmas) -> Result<Plots, TableError> {
             target.plots.sort_by_key(came_us);
         }
     }
-    Ok(Plots { targets, unread })
+    let angles = [(ELEVATION, elevations), (AZIMUTH, azimuths)];
+    let degrees = angles.iter().filter_map(|(names, turns)| {
+        let [(in_radians, ..), (in_degrees, ..)] = names else {
+            return None;
+        };
+        let seems = turns.are_most() && table.find(in_radians).is_some();
+        seems.then_some([*in_radians, *in_degrees])
+    });
+    let degrees = degrees.collect();
+    Ok(Plots {
+        targets,
+        unread,
+        degrees,
+    })
+}
+
+/// How many angles lie beyond a whole turn.
+#[derive(Clone, Copy, Default)]
+struct Turns {
+    beyond: usize,
+    all: usize,
+}
+
+impl Turns {
+    /// Counts an angle, radians, if it is one.
+    fn count(&mut self, angle_rad: f64) {
+        self.all += usize::from(!angle_rad.is_nan());
+        self.beyond += usize::from(angle_rad.abs() > TAU);
+    }
+
+    fn are_most(&self) -> bool {
+        2 * self.beyond > self.all
+    }
 }
 
 /// Names of columns that are no one's here, nor what `readings` writes beside the plots.
 fn unread(table: &Table) -> Vec<String> {
     let channels = [RANGE, ELEVATION, AZIMUTH, RANGE_RATE].concat();
-    let known = |name: &str| {
-        readings::header().contains(&name)
-            || name == "time_s"
-            || channels
-                .iter()
-                .any(|channel| channel.0 == name || channel.1 == name)
-    };
+    let mut known = readings::header();
+    known.push("time_s");
+    known.extend(channels.iter().flat_map(|channel| [channel.0, channel.1]));
+    let known = |name: &str| known.iter().any(|other| is_same(other, name));
     let names = table.names().iter().filter(|name| !known(name));
     names.cloned().collect()
 }
@@ -169,13 +211,12 @@ impl Columns {
         let time = match (table.find("time_us"), table.find("time_s")) {
             (Some(_), Some(_)) => {
                 let said = "both `time_us` and `time_s`".to_owned();
-                return Err(table.fault(Some(1), TableCause::Row(said)));
+                return Err(table.header_fault(TableCause::Row(said)));
             }
             (Some(at), None) => (at, "time_us", 1e-6),
             (None, Some(at)) => (at, "time_s", 1.0),
             (None, None) => {
-                let said = "there is no column `time_s` or `time_us`".to_owned();
-                return Err(table.fault(Some(1), TableCause::Row(said)));
+                return Err(table.lacks("`time_s` or `time_us`"));
             }
         };
         let channels = [
@@ -189,10 +230,32 @@ impl Columns {
                 "--sigma-range-rate-mps",
             )?,
         ];
+        let [elevation, azimuth, range, range_rate] = channels.each_ref();
+        for (stated, option, own) in [
+            (sigmas.range_m, "--sigma-range-m", vec![range]),
+            (
+                sigmas.angle_rad,
+                "--sigma-angle-rad",
+                vec![elevation, azimuth],
+            ),
+            (
+                sigmas.range_rate_mps,
+                "--sigma-range-rate-mps",
+                vec![range_rate],
+            ),
+        ] {
+            let mut own = own.into_iter().flatten();
+            let is_used = own.any(|column| matches!(column.sigma, Sigma::Same(_)));
+            if stated.is_some() && !is_used {
+                let said = format!(
+                    "{option} is for channels whose `sigma_...` is no column: there is none"
+                );
+                return Err(table.header_fault(TableCause::Row(said)));
+            }
+        }
         if channels.iter().all(Option::is_none) {
-            let said =
-                "there is no column `range_m`, `elevation_rad`, `azimuth_rad` or `range_rate_mps`";
-            return Err(table.fault(Some(1), TableCause::Row(said.to_owned())));
+            let names = "`range_m`, `elevation_rad`, `azimuth_rad` or `range_rate_mps`";
+            return Err(table.lacks(names));
         }
         Ok(Self {
             names: NAMES.iter().filter_map(|name| table.find(name)).collect(),
@@ -251,7 +314,7 @@ impl Columns {
                 time_us,
                 range_m: range.0,
                 elevation_rad: elevation.0,
-                azimuth_rad: wrap_azimuth(azimuth.0),
+                azimuth_rad: azimuth.0,
                 range_rate_mps: range_rate.0,
                 sigma_range_m: range.1,
                 sigma_elevation_rad: elevation.1,
@@ -283,10 +346,8 @@ fn channel(
         return Ok(None);
     };
     if let Some((_, (other, ..))) = found.next() {
-        return Err(table.fault(
-            Some(1),
-            TableCause::Row(format!("both `{name}` and `{other}`")),
-        ));
+        let said = format!("both `{name}` and `{other}`");
+        return Err(table.header_fault(TableCause::Row(said)));
     }
     let sigma = match (table.find(sigma_name), stated) {
         (Some(at), _) => Sigma::At(at, sigma_name),
@@ -294,7 +355,7 @@ fn channel(
         (None, None) => {
             let said =
                 format!("there is no column `{sigma_name}`; {option} gives one for all rows");
-            return Err(table.fault(Some(1), TableCause::Row(said)));
+            return Err(table.header_fault(TableCause::Row(said)));
         }
     };
     Ok(Some(Column {

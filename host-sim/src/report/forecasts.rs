@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::swatch::swatched;
+use super::table::number;
 use crate::filter::HORIZONS_US;
 use crate::scoring::forecast::ForecastCell;
 
@@ -29,8 +30,9 @@ pub fn text(cells: &[ForecastCell]) -> String {
                 let coverage = 100.0 * m.coverage90;
                 let _ = write!(
                     text,
-                    "{:>11.3}{:>8.2}{coverage:>4.0}%",
-                    m.ed_mean_m, m.nees_mean
+                    "{:>10} {:>8} {coverage:>3.0}%",
+                    number(m.ed_mean_m),
+                    number(m.nees_mean)
                 );
             }
             text.push('\n');
@@ -133,9 +135,20 @@ mod tests {
             ["low", "noise,", "rate", "0.50", "0.5", "s"]
         );
         let row = [
-            "IMM5", "0.000", "3.00", "100%", "1.250", "3.00", "100%", "2.500", "3.00", "100%",
+            "IMM5", "0.000", "3.000", "100%", "1.250", "3.000", "100%", "2.500", "3.000", "100%",
         ];
         assert_eq!(words(&lines[2]), row);
+        // Of a method that is lost every number is large, and still one by itself.
+        let lost = all.map(|mut forecast| {
+            forecast.score.error_m = 8_397.110_875;
+            forecast.score.mahalanobis_squared = 592_424.4;
+            forecast
+        });
+        let lost = ForecastCell::all(Method::Imm5, condition, &lost.iter().collect::<Vec<_>>());
+        let lost = text(&lost);
+        let lost = lost.lines().nth(2).unwrap();
+        assert_eq!(words(lost)[1..4], ["8397.1", "5.92e5", "0%"]);
+        assert_eq!(lost.len(), lines[2].len());
         let page = html(&cells);
         assert!(
             page.contains("<th class=\"first\">2 s: distance, m</th>"),

@@ -234,12 +234,13 @@ pub fn name(table: NoiseTable) -> &'static str {
     }
 }
 
-/// The method with the smallest mean ED.
+/// The method with the smallest mean ED, of those that tracked at all.
 fn best_of(outcome: &Outcome, condition: &Condition) -> Option<Method> {
     let own = outcome
         .cells
         .iter()
-        .filter(|cell| cell.condition == *condition && cell.metrics.ed_mean_m.is_finite());
+        .filter(|cell| cell.condition == *condition && cell.metrics.ed_mean_m.is_finite())
+        .filter(|cell| cell.metrics.is_tracked());
     own.min_by(|a, b| a.metrics.ed_mean_m.total_cmp(&b.metrics.ed_mean_m))
         .map(|cell| cell.method)
 }

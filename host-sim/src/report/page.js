@@ -31,7 +31,9 @@
       cell.classList.remove("best");
       cell.classList.toggle("tie", measure === "ed_mean_m" && cell.dataset.tie === "1");
       const column = columns.get(cell.dataset.column) || [];
-      if (value !== null && measure in distance) column.push([distance[measure](value), cell]);
+      // Of a flight that was never tracked every number is an estimate's that was held.
+      const tracked = own.not_tracked < own.steps;
+      if (value !== null && tracked && measure in distance) column.push([distance[measure](value), cell]);
       columns.set(cell.dataset.column, column);
     }
     for (const cell of document.querySelectorAll("td[data-floor]")) {

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use crate::scoring::cell::Cell;
 
 /// The table of `cells`, which are grouped by noise level and rate in their order. The smallest
-/// mean ED of a block carries a star. Refused are estimates that were refused or unusable, untracked
+/// mean ED of a block carries a star, if its method has tracked at all. Refused are estimates that were refused or unusable, untracked
 /// are steps as [`crate::contest::loss`] has them, outside are those that the method was not trained for.
 pub fn render(cells: &[Cell]) -> String {
     let mut text = format!(
@@ -48,6 +48,7 @@ pub fn render(cells: &[Cell]) -> String {
         let title = format!("{noise} noise, rate {rate}, {} steps", metrics.steps);
         let best = block
             .iter()
+            .filter(|cell| cell.metrics.is_tracked())
             .map(|cell| cell.metrics.ed_mean_m)
             .fold(f64::INFINITY, f64::min);
         line(&mut text, format_args!("\n{title}"));
@@ -55,7 +56,8 @@ pub fn render(cells: &[Cell]) -> String {
             method, metrics, ..
         } in block
         {
-            let star = if metrics.ed_mean_m == best { "*" } else { " " };
+            let is_best = metrics.ed_mean_m == best && metrics.is_tracked();
+            let star = if is_best { "*" } else { " " };
             line(
                 &mut text,
                 format_args!(
@@ -150,6 +152,17 @@ mod tests {
         assert!(lines[5].starts_with("  BNKF               0.250* "));
         assert_eq!(lines[7], "high noise, rate 0.50, 149 steps");
         assert!(lines[8].contains("35.00* "));
+    }
+
+    /// The first estimate of a method that refused all others is held, and may lie well by chance.
+    #[test]
+    fn who_tracked_nothing_has_no_star() {
+        let mut held = cell(Method::Bnn, NoiseLevel::Low, 0.25);
+        held.metrics.diverged = held.metrics.steps;
+        held.metrics.not_tracked = held.metrics.steps;
+        let text = render(&[held.clone(), cell(Method::Ekf, NoiseLevel::Low, 0.5)]);
+        assert!(text.contains("0.250 ") && text.contains("0.500*"), "{text}");
+        assert!(!render(&[held]).contains('*'));
     }
 
     #[test]

@@ -119,6 +119,13 @@ fn variations_that_make_no_sense_are_named_with_their_line() {
         error.starts_with("mine.toml:3: `like` = \"glint\" is none of"),
         "{error}"
     );
+    let number = text.replace("\"paper\"", "5");
+    let error = Scenario::parse(&number, "mine.toml").unwrap_err();
+    let error = error.to_string();
+    assert!(
+        error.starts_with("mine.toml:3: `like` is not a text"),
+        "{error}"
+    );
 }
 
 /// Only the flights differ, so that results compare.

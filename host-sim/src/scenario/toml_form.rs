@@ -359,7 +359,12 @@ impl Place<'_> {
 pub fn parse(text: &str, file: &str) -> Result<Scenario, ScenarioError> {
     let place = Place { text, file };
     let broken = |error: toml::de::Error| place.error(error.span(), error.message());
-    if toml::from_str::<Kinship>(text).is_ok_and(|kinship| kinship.like.is_some()) {
+    let kinship = toml::from_str::<Kinship>(text).ok();
+    if let Some(like) = kinship.and_then(|kinship| kinship.like) {
+        if !like.get_ref().is_str() {
+            let message = "`like` is not a text, which is the name of a built-in scenario";
+            return Err(place.error(Some(like.span()), message));
+        }
         return varied(&place, &toml::from_str(text).map_err(broken)?);
     }
     let form: File = toml::from_str(text).map_err(broken)?;

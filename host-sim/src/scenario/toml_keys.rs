@@ -103,10 +103,10 @@ pub struct RadarVariation {
     pub late: Option<Late>,
 }
 
-/// Tells a [`Variation`] from a whole scenario.
+/// Tells a [`Variation`] from a whole scenario, whatever stands there.
 #[derive(Deserialize)]
 pub struct Kinship {
-    pub like: Option<String>,
+    pub like: Option<Spanned<toml::Value>>,
 }
 
 /// A channel by the name of its sigma.

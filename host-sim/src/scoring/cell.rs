@@ -90,6 +90,13 @@ pub struct CellMetrics {
     pub outside: u64,
 }
 
+impl CellMetrics {
+    /// Whether any step was tracked; else the numbers are those of an estimate that was held.
+    pub fn is_tracked(&self) -> bool {
+        self.not_tracked < self.steps
+    }
+}
+
 /// Sums and counts over steps, which take one after another: all of a cell but the medians.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CellTotals {

@@ -1,6 +1,6 @@
-//! Files of numbers with a header: eight bytes of magic, the length of the header (u32,
-//! little-endian), the header as JSON, the numbers (f32, little-endian), then the SHA-256 of all
-//! that in hexadecimal.
+//! Files that end with the SHA-256 of all before it, in hexadecimal, and those of numbers with a header: eight
+//! bytes of magic, the length of the header (u32, little-endian), the header as JSON, the numbers (f32,
+//! little-endian).
 
 use crate::flights::data_hash;
 
@@ -24,9 +24,27 @@ pub fn seal(magic: &[u8; 8], header: &str, numbers: impl Iterator<Item = f32>) -
     bytes.extend((header.len() as u32).to_le_bytes());
     bytes.extend(header.as_bytes());
     bytes.extend(numbers.flat_map(f32::to_le_bytes));
+    with_hash(bytes)
+}
+
+/// `bytes` and their hash.
+#[must_use]
+pub fn with_hash(mut bytes: Vec<u8>) -> Vec<u8> {
     let hash = data_hash::of_bytes(&bytes);
     bytes.extend(hash.as_bytes());
     bytes
+}
+
+/// What [`with_hash`] was given.
+///
+/// # Errors
+/// The bytes end too soon, or a bit changed.
+pub fn without_hash(bytes: &[u8]) -> Result<&[u8], SealError> {
+    bytes
+        .split_at_checked(bytes.len().saturating_sub(HASH_BYTES))
+        .filter(|(body, hash)| data_hash::of_bytes(body).as_bytes() == *hash)
+        .map(|(body, _)| body)
+        .ok_or(SealError::Damaged)
 }
 
 /// Header and numbers of a file that [`seal`] made.
@@ -34,12 +52,11 @@ pub fn seal(magic: &[u8; 8], header: &str, numbers: impl Iterator<Item = f32>) -
 /// # Errors
 /// See [`SealError`].
 pub fn open<'a>(magic: &[u8; 8], bytes: &'a [u8]) -> Result<(&'a [u8], Vec<f32>), SealError> {
-    let rest = bytes.strip_prefix(magic).ok_or(SealError::Magic)?;
-    let (_, hash) = bytes
-        .split_at_checked(bytes.len().saturating_sub(HASH_BYTES))
-        .filter(|(body, hash)| data_hash::of_bytes(body).as_bytes() == *hash)
-        .ok_or(SealError::Damaged)?;
-    let rest = &rest[..rest.len().saturating_sub(hash.len())];
+    if !bytes.starts_with(magic) {
+        return Err(SealError::Magic);
+    }
+    let rest = without_hash(bytes)?;
+    let rest = rest.strip_prefix(magic).ok_or(SealError::Damaged)?;
     let (length, rest) = rest.split_first_chunk::<4>().ok_or(SealError::Damaged)?;
     let (header, numbers) = rest
         .split_at_checked(u32::from_le_bytes(*length) as usize)

@@ -13,7 +13,7 @@
 pub mod columns;
 pub mod frame;
 pub mod options;
-mod records;
+pub mod records;
 pub mod time_unit;
 
 use crate::atomic_file::{self, AtomicWriteError};
@@ -136,7 +136,7 @@ pub fn parse(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<FlightFi
     let mut rows = Vec::new();
     let mut lines = Vec::new();
     let mut invalid = 0_usize;
-    while let Some(record) = records.next_record()? {
+    while let Some(record) = records.next_record().map_err(located)? {
         if record.is_comment() {
             continue;
         }
@@ -193,8 +193,15 @@ pub fn parse(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<FlightFi
     Ok(FlightFile { flight, notes })
 }
 
+fn located((line, cause): (u64, RecordsError)) -> Located {
+    (Some(line), cause.into())
+}
+
+/// The columns of a header, and the records after it.
+type Header<'a> = (Records<&'a [u8]>, Columns);
+
 /// The records after the header, by the first separator that gives the four columns.
-fn header<'a>(bytes: &'a [u8], options: &ReadOptions) -> Result<(Records<'a>, Columns), Located> {
+fn header<'a>(bytes: &'a [u8], options: &ReadOptions) -> Result<Header<'a>, Located> {
     let mut best: Option<(usize, Located)> = None;
     for separator in Separator::ALL {
         // Commas are tried in any case, for the sake of an error to give.
@@ -219,14 +226,14 @@ fn header_by<'a>(
     bytes: &'a [u8],
     separator: Separator,
     options: &ReadOptions,
-) -> Result<(Records<'a>, Columns), (usize, Located)> {
+) -> Result<Header<'a>, (usize, Located)> {
     let mut records = Records::new(bytes, separator);
     let mut comment: Option<(usize, Located)> = None;
     loop {
         let record = match records.next_record() {
             Ok(Some(record)) => record,
             Ok(None) => return Err(comment.unwrap_or((0, (None, FlightFileCause::Empty)))),
-            Err((line, cause)) => return Err((0, (line, cause))),
+            Err(fault) => return Err((0, located(fault))),
         };
         if let Some(columns) = Columns::of_tum(&record, separator, options) {
             // Its first line is one of numbers already, and nothing says what they are.
@@ -235,7 +242,7 @@ fn header_by<'a>(
         match Columns::find(&record, separator, options) {
             Ok(columns) => return Ok((records, columns)),
             Err(cause) => {
-                let fault = (record.len(), (Some(record.line), cause.into()));
+                let fault = (record.width(), (Some(record.line), cause.into()));
                 // A header may stand in a comment; a comment need not be one.
                 if !record.is_comment() {
                     return Err(comment.unwrap_or(fault));

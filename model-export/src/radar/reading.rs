@@ -94,12 +94,13 @@ impl Reading {
 }
 
 impl From<&Reading> for Measurement {
-    /// Rounds every field to the nearest f32, which is what a sensor's frame carries.
+    /// Rounds every field to the nearest finite f32, which is what a sensor's frame carries: of a standard deviation
+    /// beyond all of them the tracker would say that its value is not finite.
     fn from(reading: &Reading) -> Self {
         let [elevation, azimuth, range, range_rate] = reading.parts().map(|(value, sigma)| {
             (!sigma.is_nan()).then_some(Sensed {
-                value: value as f32,
-                sigma: sigma as f32,
+                value: nearest(value),
+                sigma: nearest(sigma),
             })
         });
         Self {
@@ -110,6 +111,15 @@ impl From<&Reading> for Measurement {
             range_rate,
             sensor: reading.sensor.into(),
         }
+    }
+}
+
+fn nearest(number: f64) -> f32 {
+    let rounded = number as f32;
+    if number.is_finite() {
+        rounded.clamp(f32::MIN, f32::MAX)
+    } else {
+        rounded
     }
 }
 
@@ -168,5 +178,26 @@ mod tests {
                 sigma: 0.02
             })
         );
+    }
+
+    #[test]
+    fn a_number_too_large_for_the_frame_is_named_as_what_it_is() {
+        let refusal = |reading| Measurement::from(&reading).check().unwrap_err().to_string();
+        let sigma_range_m = 1e300;
+        let said = refusal(Reading {
+            sigma_range_m,
+            ..READING
+        });
+        assert_eq!(said, "sigma of range [m] is not within 0.0001 to 100000");
+        let said = refusal(Reading {
+            range_m: -1e300,
+            ..READING
+        });
+        assert_eq!(said, "range [m] is not within -1000000 to 1000000");
+        let said = refusal(Reading {
+            range_m: f64::INFINITY,
+            ..READING
+        });
+        assert_eq!(said, "range [m] is not finite");
     }
 }

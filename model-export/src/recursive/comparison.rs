@@ -81,7 +81,7 @@ pub fn table(comparisons: &[Comparison]) -> String {
             )
         };
         text += &format!(
-            "{:<16}{:>25}{:>25}{:>10}{:>10}{:>10}{}\n",
+            "{:<16} {:>24} {:>24}{:>10}{:>10}{:>10}{}\n",
             comparison.cell,
             triple(&comparison.unrounded),
             triple(&comparison.tracker.score),
@@ -137,5 +137,11 @@ mod tests {
         assert!(!comparison(1.0, 3.0, 1).accepted());
         assert!(!comparison(f64::NAN, 3.0, 0).accepted());
         assert!(table(&[comparison(2.0, 3.0, 0)]).contains("differs: rounding"));
+        // However far off a blob is, its numbers stand apart.
+        let far = table(&[comparison(1e9, 1e12, 0)]);
+        assert!(
+            far.contains(" 1.000 3.00 90.0 1000000000.000 1000000000000.00 90.0 "),
+            "{far}"
+        );
     }
 }

@@ -60,8 +60,13 @@ pub enum WorkFolderError {
     #[error("{}: holds no pieces of an evaluation", .0.display())]
     Nothing(PathBuf),
     /// The pieces belong to other flights, settings or another version.
-    #[error("{}: holds the pieces of another run; remove it or choose another --out", .0.display())]
-    OtherPlan(PathBuf),
+    #[error("{}: holds the pieces of another run{}; remove it or choose another --out", path.display(), listed(differing))]
+    OtherPlan {
+        /// The folder.
+        path: PathBuf,
+        /// What differs; empty if its plan makes no sense.
+        differing: Vec<String>,
+    },
     /// Pieces that nobody has made yet.
     #[error("{}: {} of its pieces are missing: {}; run their shards again", path.display(), names.len(), few(names))]
     Missing {
@@ -73,6 +78,14 @@ pub enum WorkFolderError {
     /// A piece is not what this program writes.
     #[error("{}: damaged; remove it", .0.display())]
     Damaged(PathBuf),
+}
+
+/// Behind a colon, if there are any.
+fn listed(differing: &[String]) -> String {
+    if differing.is_empty() {
+        return String::new();
+    }
+    format!(": {}", differing.join("; "))
 }
 
 /// The first names of many.

@@ -102,11 +102,10 @@ pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
     if args.subject.quick {
         eprintln!("{}", quick_note(&campaign));
     }
-    let plan = serde_json::to_string_pretty(&provenance).expect("every value has a representation");
     if role != Role::Merge {
         campaign.check_worlds()?;
     }
-    let work = WorkFolder::open_all(&folders, &plan, role)?;
+    let work = WorkFolder::open_all(&folders, &plan(&campaign, &provenance), role)?;
     let bar: Mutex<Option<ProgressBar>> = Mutex::new(None);
     let watcher = |told| show(&bar, told);
     match role {
@@ -241,6 +240,20 @@ fn provenance(
             .collect(),
         noise_tables: campaign.scenario.radar.tables.clone(),
     }
+}
+
+/// What the pieces depend on: not how a path or a command is spelt, but what stands there.
+fn plan(campaign: &Campaign, provenance: &CampaignProvenance) -> String {
+    let said = "every value has a representation";
+    let mut plan = serde_json::to_value(provenance).expect(said);
+    for key in ["command", "data", "remarks"] {
+        plan.as_object_mut().expect(said).remove(key);
+    }
+    // Of the flights as they are measured: cut, placed, from where the radar stands.
+    plan["segments_sha256"] = data_hash::of_flights(&campaign.runs.flights).into();
+    plan["placed"] = campaign.placed.into();
+    plan["steps"] = (campaign.detail == Detail::Estimates).into();
+    serde_json::to_string_pretty(&plan).expect(said)
 }
 
 fn quick_note(campaign: &Campaign) -> String {

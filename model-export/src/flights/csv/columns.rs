@@ -80,10 +80,6 @@ const TUM: usize = 8;
 /// Columns that PX4's local position marks what it does not know with.
 const VALID: [&str; 2] = ["xy_valid", "z_valid"];
 
-/// Most columns that a message lists, and most characters of each.
-const LISTED_COLUMNS_MAX: usize = 12;
-const LISTED_CHARACTERS_MAX: usize = 24;
-
 /// Why a header has no place for a flight.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ColumnsError {
@@ -137,7 +133,7 @@ impl Columns {
             }
             ColumnsError::Missing {
                 name: name.to_owned(),
-                found: list(header, separator),
+                found: header.list(separator),
             }
         };
         let place = |name: &str| unique(&titles, |title| title == name, name);
@@ -183,7 +179,7 @@ impl Columns {
         let is_one = separator == Separator::Blank
             && options.columns.is_none()
             && !record.is_comment()
-            && record.len() == TUM
+            && record.width() == TUM
             && record.fields().all(|field| field.parse::<f64>().is_ok());
         is_one.then(|| Self {
             index: [0, 1, 2, 3],
@@ -339,25 +335,5 @@ fn without_metres(title: &str) -> &str {
     match name_and_unit(title) {
         (name, Some(Unit::Metre)) => name,
         _ => title,
-    }
-}
-
-fn list(header: &Record, separator: Separator) -> String {
-    let mut names: Vec<String> = header
-        .fields()
-        .take(LISTED_COLUMNS_MAX)
-        .map(|name| {
-            let short: String = name.chars().take(LISTED_CHARACTERS_MAX).collect();
-            format!("`{}`", short.escape_debug())
-        })
-        .collect();
-    if header.len() > LISTED_COLUMNS_MAX {
-        names.push(format!("{} more", header.len() - LISTED_COLUMNS_MAX));
-    }
-    let names = names.join(", ");
-    if header.len() == 1 {
-        names
-    } else {
-        format!("{names} between {}", separator.name())
     }
 }
