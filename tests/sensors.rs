@@ -255,9 +255,12 @@ fn a_memoryless_model_refuses_other_sensors() {
     }
 }
 
-/// Twenty whole measurements of a target at rest, then ten that lack what `keep` takes out: how far the last
+/// Takes out what a measurement is to lack.
+type Mask = fn(&mut Measurement);
+
+/// Twenty whole measurements of a target at rest, then ten that lack what `mask` takes out: how far the last
 /// estimate is from it, m.
-fn astray_m(direction: [f32; 2], keep: fn(&mut Measurement)) -> f32 {
+fn astray_m(direction: [f32; 2], mask: Mask) -> f32 {
     let [elevation, azimuth] = direction;
     let mut tracker = tracker(RECURSIVE);
     let mut last = None;
@@ -271,7 +274,7 @@ fn astray_m(direction: [f32; 2], keep: fn(&mut Measurement)) -> f32 {
             sensor: Sensor::ORIGIN,
         };
         if i >= 20 {
-            keep(&mut measurement);
+            mask(&mut measurement);
         }
         last = Some(tracker.step(&measurement).expect("an estimate"));
     }
@@ -286,7 +289,7 @@ fn astray_m(direction: [f32; 2], keep: fn(&mut Measurement)) -> f32 {
 /// Whatever a radar does not measure, at any elevation: where the target is round it makes no difference.
 #[test]
 fn the_tracker_does_not_know_north() {
-    let masks: [(&str, fn(&mut Measurement)); 5] = [
+    let masks: [(&str, Mask); 5] = [
         ("all", |_| ()),
         ("no azimuth", |m| m.azimuth = None),
         ("no elevation", |m| m.elevation = None),
@@ -298,11 +301,11 @@ fn the_tracker_does_not_know_north() {
         }),
     ];
     for elevation in [-1.3, 0.4, 1.1, 1.3, 1.5] {
-        for (name, keep) in masks {
-            let beside = astray_m([elevation, 0.5], keep);
+        for (name, mask) in masks {
+            let beside = astray_m([elevation, 0.5], mask);
             assert!(beside < 0.2, "{name} at {elevation}: {beside} m");
             for azimuth in [1.7, 2.8, -2.2] {
-                let round = astray_m([elevation, azimuth], keep);
+                let round = astray_m([elevation, azimuth], mask);
                 assert!(
                     (round - beside).abs() < 0.01,
                     "{name} at {elevation}, {azimuth}: {round} m, {beside} m elsewhere"

@@ -2,6 +2,7 @@
 
 use bnkf::blob::Blob;
 use bnkf::clock::AHEAD_MAX_US;
+use bnkf::measurement::Vectors;
 use bnkf::radar::{innovations, predict};
 use bnkf::recursive::curvature::curvature;
 use bnkf::recursive::population::Base;
@@ -219,7 +220,12 @@ fn naive(
     let h = |x: &[f64; 6]| predict([x[0], x[1], x[2]], [x[3], x[4], x[5]]).measurement;
     let channels = measurement.channels();
     let measured = channels.map(|own| own.map_or(0.0, |own| f64::from(own.value)));
-    let innovation = innovations(&measured, &h(state));
+    let present = channels.map(|own| f64::from(u8::from(own.is_some())));
+    let vectors = Vectors {
+        present,
+        ..Vectors::whole(measured, [1.0; 4])
+    };
+    let innovation = innovations(&vectors, &h(state));
     let there: Vec<usize> = (0..4).filter(|&i| channels[i].is_some()).collect();
     let size = covariance.len();
     let derivative = |channel: usize, column: usize| {

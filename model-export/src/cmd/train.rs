@@ -182,7 +182,7 @@ pub enum TrainError {
 }
 
 /// Where an interrupted run that makes `out` lies.
-pub fn checkpoint_path(out: &Path) -> PathBuf {
+fn checkpoint_path(out: &Path) -> PathBuf {
     let mut path = out.as_os_str().to_owned();
     path.push(".checkpoint");
     path.into()
@@ -246,35 +246,68 @@ pub fn run(args: &Args) -> Result<Outcome, TrainError> {
     let mut inputs = args.source.files()?;
     inputs.extend(args.recursive.inputs());
     check_paths(&args.out, args.resume, &inputs)?;
-    let system = |error: &dyn std::fmt::Display| TrainError::System(error.to_string());
-    let pool = threads(args.threads);
-    let interrupt = Interrupt::catch().map_err(|error| system(&error))?;
-    let run = Run {
+    let asked = Asked {
         source: &args.source,
         out: &args.out,
-        checkpoint: &checkpoint_path(&args.out),
         resume: args.resume,
         seed: args.seed,
-        interrupt: &interrupt,
+        threads: args.threads,
     };
-    pool.map_err(|error| system(&error))?
-        .install(|| match args.kind {
-            Kind::Memoryless => match args.recursive.first_given() {
-                Some(option) => Err(TrainError::OtherKind(option, "memoryless")),
-                None => train_memoryless::train(&run, &args.memoryless),
-            },
-            Kind::Recursive => match args.memoryless.first_given() {
-                Some(option) => Err(TrainError::OtherKind(option, "recursive")),
-                None => train_recursive::train(&run, &args.recursive),
-            },
-        })
+    asked.run(|run| match args.kind {
+        Kind::Memoryless => match args.recursive.first_given() {
+            Some(option) => Err(TrainError::OtherKind(option, "memoryless")),
+            None => train_memoryless::train(run, &args.memoryless),
+        },
+        Kind::Recursive => match args.memoryless.first_given() {
+            Some(option) => Err(TrainError::OtherKind(option, "recursive")),
+            None => train_recursive::train(run, &args.recursive),
+        },
+    })
+}
+
+/// What every training is asked for.
+pub struct Asked<'a> {
+    /// The flights to learn from.
+    pub source: &'a FlightSource,
+    /// The blob to write.
+    pub out: &'a Path,
+    /// Goes on from the checkpoint beside it.
+    pub resume: bool,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Threads; all cores, at most as many as there are shards, by default.
+    pub threads: Option<u8>,
+}
+
+impl Asked<'_> {
+    /// Trains on these threads, and stops where it is interrupted.
+    ///
+    /// # Errors
+    /// The system gives no threads or no signals; what `train` says.
+    pub fn run(
+        &self,
+        train: impl FnOnce(&Run<'_>) -> Result<Outcome, TrainError> + Send,
+    ) -> Result<Outcome, TrainError> {
+        let system = |error: &dyn std::fmt::Display| TrainError::System(error.to_string());
+        let pool = threads(self.threads).map_err(|error| system(&error))?;
+        let interrupt = Interrupt::catch().map_err(|error| system(&error))?;
+        let run = Run {
+            source: self.source,
+            out: self.out,
+            checkpoint: &checkpoint_path(self.out),
+            resume: self.resume,
+            seed: self.seed,
+            interrupt: &interrupt,
+        };
+        pool.install(|| train(&run))
+    }
 }
 
 /// As many threads as asked for, or as there are cores, up to two.
 ///
 /// # Errors
 /// The system gives none.
-pub fn threads(asked: Option<u8>) -> Result<rayon::ThreadPool, rayon::ThreadPoolBuildError> {
+fn threads(asked: Option<u8>) -> Result<rayon::ThreadPool, rayon::ThreadPoolBuildError> {
     let default = || std::thread::available_parallelism().map_or(1, usize::from);
     let threads = asked.map_or_else(|| default().min(SHARDS), usize::from);
     rayon::ThreadPoolBuilder::new().num_threads(threads).build()

@@ -3,10 +3,9 @@
 use super::flight_source::FlightSource;
 use super::number_within::within;
 use super::remarks;
-use super::train::{Outcome, Run, TrainError, check_paths, checkpoint_path, threads};
+use super::train::{Asked, Outcome, TrainError, check_paths};
 use super::train_recursive::{built_in, complete, write};
 use super::tunable_file;
-use crate::interrupt::Interrupt;
 use crate::recursive::recipe::Recipe;
 use crate::recursive::training::Training;
 use crate::recursive::tunable::Tunable;
@@ -97,25 +96,21 @@ pub fn run(args: &Args) -> Result<Outcome, TrainError> {
         named.flights.len(),
         familiar.source
     );
-    let system = |error: &dyn std::fmt::Display| TrainError::System(error.to_string());
-    let pool = threads(args.threads).map_err(|error| system(&error))?;
-    let interrupt = Interrupt::catch().map_err(|error| system(&error))?;
-    let run = Run {
+    let asked = Asked {
         source: &args.source,
         out: &args.out,
-        checkpoint: &checkpoint_path(&args.out),
         resume: args.resume,
         seed: args.seed,
-        interrupt: &interrupt,
+        threads: args.threads,
     };
-    pool.install(|| {
+    asked.run(|run| {
         let checkpoint = run.interrupted()?;
         let training = Training::tune(recipe, &familiar.flights, &named.flights, &model)?;
         let mut training = run.resumed(training, checkpoint)?;
-        if complete(&run, &mut training)? == Outcome::Interrupted {
+        if complete(run, &mut training)? == Outcome::Interrupted {
             return Ok(Outcome::Interrupted);
         }
-        write(&run, scenario, &named, &training)?;
+        write(run, scenario, &named, &training)?;
         Ok(Outcome::Written)
     })
 }

@@ -18,7 +18,7 @@ use super::{Args, EvaluateError, methods_or, with_given};
 use crate::campaign::shard::Shard;
 use crate::campaign::steps_parquet::Detail;
 use crate::campaign::work_folder::{Role, WorkFolder};
-use crate::campaign::{Campaign, Progress};
+use crate::campaign::{Campaign, Progress, Watcher};
 use crate::cmd::progress;
 use crate::contest::fold::Folds;
 use crate::contest::model::Model;
@@ -28,6 +28,7 @@ use crate::method::Method;
 use crate::report::campaign_results::{self, CampaignProvenance};
 use crate::report::results_json::ModelProvenance;
 use crate::report::{self, Material, by_motion, forecasts, table};
+use crate::scenario::Scenario;
 
 /// Every step.
 const STEPS: &str = "steps.parquet";
@@ -50,9 +51,8 @@ pub fn names() -> Vec<&'static str> {
 /// Runs or continues a cross-validation, writes its files and prints its table.
 pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
     let scenario = super::scenario(&args.subject)?;
-    let in_origin = scenario.radar.sensors == Sensors::Origin;
     if let Some(method) = args.methods.iter().find(|method| method.needs_origin())
-        && !in_origin
+        && scenario.radar.sensors != Sensors::Origin
     {
         return Err(EvaluateError::NeedsOrigin(*method));
     }
@@ -61,6 +61,47 @@ pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
     super::prepare(args, &[])?;
     let data = Data::of(&args.subject, &scenario)?;
     remarks::say(&data.remarks, &data.unplaced);
+    let (campaign, provenance) = planned(args, scenario, data, own)?;
+    if args.subject.quick {
+        eprintln!("{}", quick_note(&campaign));
+    }
+    if role != Role::Merge {
+        campaign.check_worlds()?;
+    }
+    let work = WorkFolder::open_all(&folders, &plan(&campaign, &provenance), role)?;
+    let bar: Mutex<Option<ProgressBar>> = Mutex::new(None);
+    let watcher = |told| show(&bar, told);
+    match role {
+        Role::Alone => campaign.make(&work, Shard::WHOLE, &watcher)?,
+        Role::Merge => campaign.check(&work)?,
+        Role::Shard(shard) => {
+            campaign.make(&work, shard, &watcher)?;
+            let said = format!(
+                "shard {shard}: its pieces are in {}\n",
+                work.path().display()
+            );
+            return Ok(std::io::stdout().write_all(said.as_bytes())?);
+        }
+    }
+    let said = written(args, &campaign, &provenance, &work, &watcher)?;
+    // Only now: whoever kills this run before its results are written finds the pieces again. What shards have made
+    // is theirs, and a merge that is killed at its very end can be made again.
+    if role == Role::Alone {
+        work.remove()?;
+    }
+    // And last what a closed pipe may refuse.
+    std::io::stdout().write_all(said.as_bytes())?;
+    Ok(())
+}
+
+/// What is to be done, and how it will be known.
+fn planned(
+    args: &Args,
+    scenario: Scenario,
+    data: Data,
+    own: Vec<OwnFilter>,
+) -> Result<(Campaign, CampaignProvenance), EvaluateError> {
+    let in_origin = scenario.radar.sensors == Sensors::Origin;
     for path in &args.models {
         if Model::read(path)?.form().0 == Kind::Memoryless {
             return Err(EvaluateError::TrainedHere(path.clone()));
@@ -99,30 +140,20 @@ pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
         remarks: data.remarks,
         ..provenance(args, &campaign, data.source, data.sha256, data.unplaced)
     };
-    if args.subject.quick {
-        eprintln!("{}", quick_note(&campaign));
-    }
-    if role != Role::Merge {
-        campaign.check_worlds()?;
-    }
-    let work = WorkFolder::open_all(&folders, &plan(&campaign, &provenance), role)?;
-    let bar: Mutex<Option<ProgressBar>> = Mutex::new(None);
-    let watcher = |told| show(&bar, told);
-    match role {
-        Role::Alone => campaign.make(&work, Shard::WHOLE, &watcher)?,
-        Role::Merge => campaign.check(&work)?,
-        Role::Shard(shard) => {
-            campaign.make(&work, shard, &watcher)?;
-            let said = format!(
-                "shard {shard}: its pieces are in {}\n",
-                work.path().display()
-            );
-            return Ok(std::io::stdout().write_all(said.as_bytes())?);
-        }
-    }
+    Ok((campaign, provenance))
+}
+
+/// Sums the finished pieces up and writes every file of the results; what is said of them.
+fn written(
+    args: &Args,
+    campaign: &Campaign,
+    provenance: &CampaignProvenance,
+    work: &WorkFolder,
+    watcher: Watcher<'_>,
+) -> Result<String, EvaluateError> {
     let path = args.out.join(STEPS);
     let mut steps = PendingFile::new(&path)?;
-    let outcome = campaign.sum_up(&work, &mut steps, &watcher)?;
+    let outcome = campaign.sum_up(work, &mut steps, watcher)?;
     steps.finish()?;
     let mut said = String::new();
     for noise_table in &campaign.scenario.radar.tables {
@@ -138,13 +169,13 @@ pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
         said += "Tuned filters: the best in each cell of three fits, to generated flights, to the other recordings and to both.\n\n";
     }
     said += &format!("{}\n", path.display());
-    for name in campaign_results::write(&args.out, &outcome, &provenance)? {
+    for name in campaign_results::write(&args.out, &outcome, provenance)? {
         said += &format!("{}\n", args.out.join(name).display());
     }
     let times = if args.no_times {
         Vec::new()
     } else {
-        campaign.times(&work)?
+        campaign.times(work)?
     };
     // Apart from the results, which are the same bytes on every run: times are not.
     if !times.is_empty() {
@@ -152,11 +183,11 @@ pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
         atomic_file::write(&args.out.join(TIMES_JSON), &json)?;
         atomic_file::write(&args.out.join(TIMES_CSV), &runtime::csv(&times))?;
     }
-    let examples = campaign.examples(&work, &outcome.candidates, &report::SHOWN)?;
+    let examples = campaign.examples(work, &outcome.candidates, &report::SHOWN)?;
     let material = Material {
-        campaign: &campaign,
+        campaign,
         outcome: &outcome,
-        provenance: &provenance,
+        provenance,
         examples: &examples,
         times: &times,
     };
@@ -165,14 +196,7 @@ pub fn run(args: &Args, own: Vec<OwnFilter>) -> Result<(), EvaluateError> {
         atomic_file::write(&path, file.text.as_bytes())?;
         said += &format!("{}\n", path.display());
     }
-    // Only now: whoever kills this run before its results are written finds the pieces again. What shards have made
-    // is theirs, and a merge that is killed at its very end can be made again.
-    if role == Role::Alone {
-        work.remove()?;
-    }
-    // And last what a closed pipe may refuse.
-    std::io::stdout().write_all(said.as_bytes())?;
-    Ok(())
+    Ok(said)
 }
 
 /// Every method that has what it needs, with a radar in the origin or without. Tuning the tracker takes minutes a fold, so it must
