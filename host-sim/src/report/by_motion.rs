@@ -7,7 +7,7 @@ use bnkf_model_export::scoring::means::Means;
 
 use crate::csv_text::{self, csv};
 use crate::method::Method;
-use crate::report::headline::name;
+use crate::report::noise_table_name::spelt;
 use crate::report::swatch::swatched;
 use crate::report::table::number;
 use crate::scoring::bin::By;
@@ -70,7 +70,7 @@ pub fn text(cells: &[Cell]) -> String {
 
 /// For the page: the same, both quantities side by side.
 pub fn html(cells: &[Cell], table: NoiseTable) -> String {
-    let mut html = format!("<h3>Angle figures as {}</h3>\n", name(table));
+    let mut html = format!("<h3>Angle figures as {}</h3>\n", spelt(table));
     for group in shown(cells) {
         let Some(first) = group.first() else { continue };
         html += "<div class=\"scroll\"><table>\n<thead><tr>";

@@ -4,7 +4,8 @@ use bnkf_model_export::flights::flight::Flight;
 use bnkf_model_export::radar::gaps::SamplingRate;
 use bnkf_model_export::radar::noise::{NoiseLevel, NoiseTable};
 
-use super::{Material, SHOWN, by_motion, headline, suspected};
+use super::noise_table_name::spelt;
+use super::{Material, SHOWN, by_motion, suspected};
 use crate::campaign::Campaign;
 use crate::campaign::cell_summary::CellSummary;
 use crate::campaign::comparison::Comparison;
@@ -60,7 +61,7 @@ pub(super) fn draw(material: &Material<'_>) -> Vec<Figure> {
         })
     };
     for &table in &radar.tables {
-        let spelt = headline::name(table);
+        let spelt = spelt(table);
         let floors: Vec<metrics_figure::Floor> = outcome
             .floors
             .iter()

@@ -1,7 +1,14 @@
 //! The report's page: the template with its places filled.
 
+mod consistency;
+mod headline;
+mod lost;
+mod methods;
+mod tunings;
+
 use super::figures::Figure;
-use super::{Material, by_motion, forecasts, headline, space, swatch};
+use super::noise_table_name::spelt;
+use super::{Material, by_motion, forecasts, space, swatch};
 use crate::campaign::cell_summary::CellSummary;
 use crate::campaign::outcome::{Cluster, Outcome};
 use crate::plot::svg::escaped;
@@ -40,7 +47,7 @@ pub(super) fn page(material: &Material<'_>, figures: &[Figure]) -> String {
     fill("note", &note(provenance));
     fill("symbols", &swatch::symbols(&campaign.methods));
     fill("tables", &tables);
-    fill("lost", &headline::lost(&outcome.cells));
+    fill("lost", &lost::lost(&outcome.cells));
     fill("tuning", &tuning(provenance));
     fill("tunings", &tunings(outcome, provenance));
     for section in [
@@ -79,8 +86,8 @@ pub(super) fn page(material: &Material<'_>, figures: &[Figure]) -> String {
     fill("by-motion", &by_motion);
     let ahead = outcome.forecast_cells(radar.tables[0]);
     fill("forecasts", &forecasts::html(&ahead));
-    let shown = headline::name(radar.tables[0]);
-    let consistency = headline::consistency(&full_rate);
+    let shown = spelt(radar.tables[0]);
+    let consistency = consistency::consistency(&full_rate);
     fill(
         "consistency",
         &format!("<p>Angle figures as {shown}.</p>\n{consistency}"),
@@ -90,7 +97,7 @@ pub(super) fn page(material: &Material<'_>, figures: &[Figure]) -> String {
         Cluster::Flight => "flight",
     };
     fill("cluster", cluster);
-    fill("methods", &headline::methods(&campaign.methods));
+    fill("methods", &methods::methods(&campaign.methods));
     fill("provenance", &provenance_list(provenance));
     fill("version", provenance.version);
     fill("css", include_str!("page.css"));
@@ -153,7 +160,7 @@ fn tunings(outcome: &Outcome, provenance: &CampaignProvenance) -> String {
     if provenance.tuned_on.len() == 1 || outcome.candidates.is_empty() {
         return String::new();
     }
-    headline::tunings(&outcome.candidates, provenance.noise_tables[0])
+    tunings::tunings(&outcome.candidates, provenance.noise_tables[0])
 }
 
 fn provenance_list(provenance: &CampaignProvenance) -> String {
