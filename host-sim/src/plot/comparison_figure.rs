@@ -86,7 +86,7 @@ pub fn draw(reference: Method, groups: &[Group]) -> String {
         };
         draw_group(&mut svg, &panel, group, index == 0, rows);
     }
-    svg.finish("comparison")
+    svg.finish()
 }
 
 fn draw_group(svg: &mut Svg, panel: &Panel, group: &Group, named: bool, rows: f64) {

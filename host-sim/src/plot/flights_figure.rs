@@ -45,7 +45,7 @@ pub fn draw(flights: &[&Flight]) -> String {
         };
         draw_flight(&mut svg, flight, frame, half_m, column == 0);
     }
-    svg.finish("flights")
+    svg.finish()
 }
 
 fn draw_flight(svg: &mut Svg, flight: &Flight, frame: Rect, half_m: f64, named: bool) {

@@ -72,7 +72,7 @@ pub fn draw(cells: &[ForecastCell]) -> String {
         method_rows::draw(&mut svg, top, measure, groups);
         top += method_rows::height(groups);
     }
-    svg.finish("forecasts")
+    svg.finish()
 }
 
 fn title(noise: NoiseLevel) -> String {

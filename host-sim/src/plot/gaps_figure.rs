@@ -89,7 +89,7 @@ pub fn draw(flight: &Flight, rows: &[(SamplingRate, Vec<Option<Reading>>)]) -> S
         });
         panel.axes(&mut svg);
     }
-    svg.finish("gaps")
+    svg.finish()
 }
 
 /// Stretches without readings, seconds, each reaching half a step beyond its samples.

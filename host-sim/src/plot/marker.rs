@@ -153,7 +153,7 @@ mod tests {
         let drawn = |marker: Marker| {
             let mut svg = Svg::new(10.0, 10.0, "", "");
             marker.draw(&mut svg, (5.0, 5.0), 3.0, "#123456");
-            svg.finish("t")
+            svg.finish()
         };
         let hollow = drawn(Marker::hollow(Shape::Square));
         assert!(

@@ -292,7 +292,7 @@ mod tests {
         };
         let mut svg = Svg::new(width(1), height(&groups), "", "");
         draw(&mut svg, 0.0, &measure, &groups);
-        svg.finish("t")
+        svg.finish()
     }
 
     #[test]

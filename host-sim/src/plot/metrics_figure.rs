@@ -104,7 +104,7 @@ pub fn draw(cells: &[Cell], floors: &[Floor]) -> String {
         method_rows::draw(&mut svg, top, measure, groups);
         top += method_rows::height(groups);
     }
-    svg.finish("metrics")
+    svg.finish()
 }
 
 fn find(

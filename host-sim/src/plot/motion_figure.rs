@@ -86,7 +86,7 @@ pub fn draw(by: By, groups: &[Vec<Pooled>]) -> String {
             panel.axes(&mut svg);
         }
     }
-    svg.finish(by.label())
+    svg.finish()
 }
 
 /// Bins up to the last that any step is in; all of them if there are none.

@@ -41,7 +41,7 @@ pub fn draw(groups: &[(String, Vec<&CellSummary>)]) -> String {
     let places = Phase::ALL.map(|phase| name(phase).to_owned());
     svg.note((LEFT, 50.0), &method_rows::note(&places));
     method_rows::draw(&mut svg, HEADER, &MEASURE, &groups);
-    svg.finish("phases")
+    svg.finish()
 }
 
 const fn name(phase: Phase) -> &'static str {

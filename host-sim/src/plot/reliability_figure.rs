@@ -92,7 +92,7 @@ pub fn draw(groups: &[(String, Vec<&CellSummary>)]) -> String {
             svg.text(at, "no cells", faint);
         }
     }
-    svg.finish("reliability")
+    svg.finish()
 }
 
 /// Whether a method is drawn near the ideal: the whole of its line is there.

@@ -61,7 +61,7 @@ pub fn draw(times: &[MethodTime]) -> String {
         );
     }
     panel.axes(&mut svg);
-    svg.finish("runtime")
+    svg.finish()
 }
 
 fn microseconds(value: f64) -> String {

@@ -109,7 +109,7 @@ pub fn draw(title: &str, steps: &[Suspicion], wrong_s: &[f64]) -> String {
     modes.x_grid(&mut svg, 8);
     modes.axes(&mut svg);
     modes.x_name(&mut svg, "time, s");
-    svg.finish("suspicion")
+    svg.finish()
 }
 
 /// Every step with the time that it stands for, half an interval to both sides, s.

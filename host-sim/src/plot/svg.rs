@@ -94,7 +94,6 @@ pub struct Svg {
     width: f64,
     height: f64,
     body: String,
-    clips: usize,
 }
 
 impl Svg {
@@ -105,7 +104,6 @@ impl Svg {
             width,
             height,
             body: String::new(),
-            clips: 0,
         };
         svg.push(format_args!("<title>{}</title>", escaped(title)));
         svg.push(format_args!("<desc>{}</desc>", escaped(description)));
@@ -120,14 +118,14 @@ impl Svg {
         svg
     }
 
-    /// The finished document. `id` keeps clip paths apart when several pictures share a page.
-    pub fn finish(self, id: &str) -> String {
+    /// The finished document. Nothing in it has a name, so any number of them may share a page.
+    pub fn finish(self) -> String {
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" height=\"{h}\" \
              role=\"img\" stroke-linejoin=\"round\" stroke-linecap=\"round\" font-family=\"Helvetica, Arial, 'DejaVu Sans', sans-serif\">\n{body}</svg>\n",
             w = Number(self.width),
             h = Number(self.height),
-            body = self.body.replace("CLIP-", &format!("{id}-clip-")),
+            body = self.body,
         )
     }
 
@@ -263,10 +261,8 @@ impl Svg {
         self.text((x, y), content, faint);
     }
 
-    /// Draws with everything outside `rect` cut off.
+    /// Draws with everything outside `rect` cut off: a picture in the picture, which needs no name as a clip path does.
     pub fn clipped(&mut self, rect: Rect, draw: impl FnOnce(&mut Self)) {
-        let number = self.clips;
-        self.clips += 1;
         let Rect {
             x,
             y,
@@ -274,12 +270,14 @@ impl Svg {
             height,
         } = rect;
         self.push(format_args!(
-            "<clipPath id=\"CLIP-{number}\"><rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/></clipPath>\n\
-             <g clip-path=\"url(#CLIP-{number})\">",
-            Number(x), Number(y), Number(width), Number(height)
+            "<svg x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\" viewBox=\"{x} {y} {w} {h}\">",
+            x = Number(x),
+            y = Number(y),
+            w = Number(width),
+            h = Number(height),
         ));
         draw(self);
-        self.push(format_args!("</g>"));
+        self.push(format_args!("</svg>"));
     }
 
     /// Draws with a tooltip that names what is under the pointer.
@@ -328,7 +326,7 @@ mod tests {
     fn text_is_escaped() {
         let mut svg = Svg::new(100.0, 50.0, "a < b", "c & d");
         svg.text((1.0, 2.0), "P & \"Q\" > {R}", lettering(12.0));
-        let text = svg.finish("t");
+        let text = svg.finish();
         assert!(text.contains("<title>a &lt; b</title>\n<desc>c &amp; d</desc>"));
         assert!(text.contains(">P &amp; &quot;Q&quot; &gt; &#123;R}</text>"));
     }
@@ -344,26 +342,26 @@ mod tests {
             (4.0, 1.126),
         ];
         svg.polyline(&points, Stroke::solid(INK, 1.0));
-        let text = svg.finish("t");
+        let text = svg.finish();
         assert!(text.contains("points=\"0,0 1,0.5\""));
         assert!(text.contains("points=\"3,1 4,1.13\""));
         assert!(!text.contains("NaN"));
     }
 
+    /// What is cut off stands where it stood, and several pictures may share a page.
     #[test]
-    fn clip_paths_of_two_pictures_do_not_share_names() {
-        let picture = |id| {
-            let mut svg = Svg::new(10.0, 10.0, "", "");
-            let rect = Rect {
-                x: 0.0,
-                y: 0.0,
-                width: 5.0,
-                height: 5.0,
-            };
-            svg.clipped(rect, |svg| svg.circle((1.0, 1.0), 1.0, INK));
-            svg.finish(id)
+    fn what_is_clipped_keeps_its_place_and_has_no_name() {
+        let mut svg = Svg::new(10.0, 10.0, "", "");
+        let rect = Rect {
+            x: 1.0,
+            y: 2.0,
+            width: 5.0,
+            height: 4.0,
         };
-        assert!(picture("a").contains("id=\"a-clip-0\""));
-        assert!(picture("b").contains("url(#b-clip-0)"));
+        svg.clipped(rect, |svg| svg.circle((1.0, 1.0), 1.0, INK));
+        let text = svg.finish();
+        let inner = "<svg x=\"1\" y=\"2\" width=\"5\" height=\"4\" viewBox=\"1 2 5 4\">\n<circle";
+        assert!(text.contains(inner), "{text}");
+        assert!(!text.contains(" id=") && text.ends_with("</svg>\n</svg>\n"));
     }
 }

@@ -60,7 +60,7 @@ pub fn draw(name: &str, answers: &[Answer]) -> String {
     from_above(&mut svg, &points, &places);
     height(&mut svg, &points);
     innovations(&mut svg, answers);
-    svg.finish("track")
+    svg.finish()
 }
 
 /// Time, s, position and deviation of the height, m.

@@ -54,7 +54,7 @@ pub fn draw(examples: &[Example<'_>]) -> String {
         view_from_above::draw(&mut svg, example, frame);
         draw_errors(&mut svg, example, top);
     }
-    svg.finish("trajectory")
+    svg.finish()
 }
 
 fn entries(examples: &[Example<'_>]) -> Vec<legend::Entry<'static>> {

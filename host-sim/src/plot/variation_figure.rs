@@ -98,7 +98,7 @@ pub fn draw(rows: &[Row<'_>], methods: &[Method]) -> String {
             }
         }
     }
-    svg.finish("variations")
+    svg.finish()
 }
 
 fn draw_row(svg: &mut Svg, panel: &Panel, row: &Row<'_>, worlds: &[&str], methods: &[Method]) {
