@@ -58,8 +58,10 @@ struct Function {
     end: u32,
     /// Bytes that it takes, all its branches together.
     takes: u32,
-    /// Addresses that it calls or jumps to, its own among them.
+    /// Addresses that it jumps to, its own among them.
     goes: Vec<u32>,
+    /// Addresses that it calls.
+    calls: Vec<u32>,
     /// Why there is no bound where it is reached.
     unbounded: Option<(Effect, u32)>,
     /// The bound, once it is known; none while it is being looked for.
@@ -135,6 +137,7 @@ fn functions(elf: &object::File<'_>) -> Result<BTreeMap<u32, Function>, StackErr
                     Effect::None => {}
                     Effect::Takes(bytes) => function.takes = function.takes.saturating_add(bytes),
                     Effect::Goes(to) => function.goes.push(to),
+                    Effect::Calls(to) => function.calls.push(to),
                     Effect::GoesByRegister | Effect::Moves => {
                         function.unbounded.get_or_insert((effect, at));
                     }
@@ -168,12 +171,17 @@ fn bound(functions: &mut BTreeMap<u32, Function>, at: u32, deeper: u16) -> Resul
     function.visited = true;
     let takes = function.takes;
     let goes = std::mem::take(&mut function.goes);
+    let calls = std::mem::take(&mut function.calls);
+    let jumps = goes.into_iter().map(|to| (to, false));
     let mut deepest = 0;
-    for to in goes {
-        // A place within a function is that function's; one within this one is a jump.
+    for (to, calls) in jumps.chain(calls.into_iter().map(|to| (to, true))) {
+        // A place within a function is that function's.
         let place = functions.range(..=to).next_back().map(|(&place, _)| place);
-        if let Some(place) = place.filter(|&place| place != at) {
+        let Some(place) = place else { continue };
+        if place != at {
             deepest = deepest.max(bound(functions, place, deeper - 1)?);
+        } else if calls {
+            return Err(StackError::Recursive(name));
         }
     }
     let whole = takes.saturating_add(deepest);
@@ -213,6 +221,16 @@ mod tests {
         ]);
         assert_eq!(bound(&mut functions, 0, 9).unwrap(), 8 + 50 + 10);
         assert_eq!(bound(&mut functions, 200, 9).unwrap(), 20 + 16 + 10);
+    }
+
+    #[test]
+    fn who_calls_itself_has_no_bound_and_who_jumps_back_has() {
+        let mut functions = program(&[(0, "loop", 8, &[4])]);
+        assert_eq!(bound(&mut functions, 0, 9).unwrap(), 8);
+        let mut functions = program(&[(0, "factorial", 8, &[])]);
+        functions.get_mut(&0).unwrap().calls.push(0);
+        let error = bound(&mut functions, 0, 9).unwrap_err().to_string();
+        assert_eq!(error, "factorial calls itself, or is called too deeply");
     }
 
     #[test]

@@ -9,8 +9,10 @@ pub enum Effect {
     None,
     /// Takes so many bytes of the stack.
     Takes(u32),
-    /// Goes to an address, and may come back: a call, or a jump.
+    /// Jumps to an address.
     Goes(u32),
+    /// Calls what is at an address.
+    Calls(u32),
     /// Goes where a register says.
     GoesByRegister,
     /// Sets the stack pointer to what only a run tells.
@@ -48,8 +50,12 @@ fn signed(value: u32, bits: u32) -> i32 {
 }
 
 /// Where a branch by `offset` from an instruction at `at` goes.
+fn target(at: u32, offset: i32) -> u32 {
+    at.wrapping_add(4).wrapping_add_signed(offset)
+}
+
 fn branch(at: u32, offset: i32) -> Effect {
-    Effect::Goes(at.wrapping_add(4).wrapping_add_signed(offset))
+    Effect::Goes(target(at, offset))
 }
 
 fn short(half: u32, at: u32) -> Effect {
@@ -102,7 +108,7 @@ fn long(first: u32, second: u32, at: u32) -> Effect {
         _ if first & 0xfe00 == 0xea00 && to == SP => Effect::Moves,
         // BL
         _ if first & 0xf800 == 0xf000 && second & 0xd000 == 0xd000 => {
-            branch(at, far(first, second))
+            Effect::Calls(target(at, far(first, second)))
         }
         // B.W
         _ if first & 0xf800 == 0xf000 && second & 0xd000 == 0x9000 => {
@@ -165,8 +171,8 @@ mod tests {
             (&[0xe96d, 0x4504], Effect::Takes(16)),      // strd r4, r5, [sp, #-16]!
             (&[0xf5ad, 0x7d1c], Effect::Takes(624)),     // sub.w sp, sp, #624
             (&[0xf2ad, 0x4d04], Effect::Takes(1028)),    // subw sp, sp, #1028
-            (&[0xf7ff, 0xfffe], Effect::Goes(0x1000)),   // bl .
-            (&[0xf000, 0xf800], Effect::Goes(0x1004)),   // bl .+4
+            (&[0xf7ff, 0xfffe], Effect::Calls(0x1000)),  // bl .
+            (&[0xf000, 0xf800], Effect::Calls(0x1004)),  // bl .+4
             (&[0xf7ff, 0xbffe], Effect::Goes(0x1000)),   // b.w .
             (&[0xf43f, 0xaffe], Effect::Goes(0x1000)),   // beq.w .
             (&[0xe7fe], Effect::Goes(0x1000)),           // b.n .
