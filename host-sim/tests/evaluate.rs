@@ -369,7 +369,7 @@ fn runs_measure_every_flight_again() {
     assert_eq!(results["provenance"]["flights"], 2);
     assert_eq!(results["provenance"]["runs"], 3);
     for comparison in results["comparisons"].as_array().unwrap() {
-        assert_eq!(comparison["flights"], 2, "{comparison}");
+        assert_eq!(comparison["clusters"], 2, "{comparison}");
     }
     every_cell_shows_the_best_fit(&out, &results);
     let page = std::fs::read_to_string(out.join("report.html")).unwrap();
