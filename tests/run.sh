@@ -14,11 +14,13 @@ for argument in "$@"; do
 done
 
 if cargo nextest --version >/dev/null 2>&1; then
-    cargo nextest run --locked "${packages[@]}" --no-fail-fast "$@"
+    failed=0
+    cargo nextest run --locked "${packages[@]}" --no-fail-fast "$@" || failed=1
     if (($# == 0)); then
         # nextest leaves the examples in the documentation out.
-        cargo test --locked --workspace --doc
+        cargo test --locked --workspace --doc --no-fail-fast || failed=1
     fi
+    exit "$failed"
 else
     cargo test --locked "${packages[@]}" --no-fail-fast "$@"
 fi

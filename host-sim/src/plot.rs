@@ -17,6 +17,7 @@ pub mod phases_figure;
 pub mod reliability_figure;
 pub mod runtime_figure;
 pub mod scale;
+pub mod slot;
 pub mod suspicion_figure;
 pub mod svg;
 pub mod track_figure;

@@ -65,11 +65,9 @@ impl Second {
     #[inline]
     pub fn pack(&mut self, moments: &[f32]) {
         let largest = largest_magnitude(moments);
-        let inverse = if largest > f32::MIN_POSITIVE && largest < f32::INFINITY {
-            MOMENT_MAX as f32 / largest
-        } else {
-            0.0
-        };
+        let inverse = MOMENT_MAX as f32 / largest;
+        // Of moments so small that nothing depends on them it is no number.
+        let inverse = if inverse.is_finite() { inverse } else { 0.0 };
         self.scale = largest / MOMENT_MAX as f32;
         let (fours, rest) = moments.as_chunks::<4>();
         let mut words = self.words.iter_mut();
@@ -304,6 +302,10 @@ mod tests {
         assert!((sum - 128.0).abs() < 1e-4, "{sum}");
         let [_, [_, sum]] = both(&mut second, &[0x80; 128]);
         assert!((sum - 128.0 * 16_384.0).abs() < 1.0, "{sum}");
+        // So small that what makes 26 bits of them is no number.
+        second.pack(&[1.9e-31; 64]);
+        let [[sum, _], _] = both(&mut second, &[255; 128]);
+        assert!((0.0..1e-28).contains(&sum), "{sum}");
     }
 
     #[test]

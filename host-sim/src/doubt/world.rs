@@ -20,8 +20,8 @@ pub struct World {
 }
 
 impl World {
-    /// The built-in worlds, of `count` flights each: as trained, faster than any flight of the
-    /// training, and three kinds that no flight of the training does: darts, bursts and falls.
+    /// The built-in worlds, of `count` flights each: as those of the training mostly are, two and a half times as fast, bursts
+    /// and falls, of which a training that has agile flights shows some like them, and darts, which none shows.
     ///
     /// # Errors
     /// The generator refuses the settings.

@@ -4,7 +4,7 @@ use bnkf_model_export::flights::flight::{Flight, Sample};
 use bnkf_model_export::random_source::RandomSource;
 use bnkf_model_export::seed::name_id;
 
-/// A flight from the same place that rests or dashes in a straight line for half a second to two,
+/// A flight from the same place that rests over a place or dashes in a straight line for half a second to two,
 /// and changes its velocity within a sample: accelerations that the training never shows.
 pub fn darts(flight: &Flight, seed: u64) -> Flight {
     let mut random = RandomSource::new(seed, &[name_id("darts"), name_id(&flight.name)]);

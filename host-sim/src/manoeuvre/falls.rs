@@ -10,7 +10,7 @@ const FALL_MPS2: f64 = -9.8;
 const CATCH_MPS2: f64 = 9.0;
 /// Longest step of the integration, seconds.
 const STEP_S: f64 = 0.01;
-/// It falls from above the first of these heights and no further than to the second, metres.
+/// It falls from above the first of these heights; at the second the motor comes on again at the latest. Metres.
 const ROOM_M: f64 = 6.0;
 const LOWEST_M: f64 = 5.0;
 

@@ -44,7 +44,9 @@ pub fn draw(cells: &[ForecastCell]) -> String {
                     .chunks(HORIZONS_US.len())
                     .filter(|of| of.iter().any(|cell| cell.metrics.forecasts > 0))
                     .map(|of| {
-                        let values = of.iter().map(|cell| value(&cell.metrics));
+                        let made = |m: &ForecastMetrics| m.diverged < m.forecasts;
+                        let of_made = |m| if made(m) { value(m) } else { f64::NAN };
+                        let values = of.iter().map(|cell| of_made(&cell.metrics));
                         (of[0].method, values.collect())
                     })
                     .collect(),

@@ -9,6 +9,7 @@ use crate::plot::ink::{ALARM, GAP, INK};
 use crate::plot::legend::{self, Mark};
 use crate::plot::panel::Panel;
 use crate::plot::scale::Scale;
+use crate::plot::slot::stretches;
 use crate::plot::svg::{Rect, Stroke, Svg};
 
 const LEFT: f64 = 70.0;
@@ -92,30 +93,10 @@ pub fn draw(flight: &Flight, rows: &[(SamplingRate, Vec<Option<Reading>>)]) -> S
     svg.finish()
 }
 
-/// Stretches without readings, seconds, each reaching half a step beyond its samples.
+/// Stretches without readings, seconds.
 fn gaps_s(flight: &Flight, readings: &[Option<Reading>]) -> Vec<(f64, f64)> {
-    let time_s = |index: usize| flight.samples[index].time_s;
-    let mut gaps = Vec::new();
-    let mut index = 0;
-    while index < readings.len() {
-        let length = readings[index..]
-            .iter()
-            .take_while(|reading| reading.is_none())
-            .count();
-        if length == 0 {
-            index += 1;
-            continue;
-        }
-        let end = index + length;
-        let before = time_s(index.saturating_sub(1));
-        let after = time_s(end.min(readings.len() - 1));
-        gaps.push((
-            0.5 * (before + time_s(index)),
-            0.5 * (time_s(end - 1) + after),
-        ));
-        index = end;
-    }
-    gaps
+    let samples = flight.samples.iter().zip(readings);
+    stretches(samples.map(|(sample, reading)| (sample.time_s, reading.is_none())))
 }
 
 #[cfg(test)]

@@ -117,6 +117,7 @@ fn find(
     cells
         .iter()
         .find(|cell| cell.method == method && cell.noise == noise && cell.rate == rate)
+        .filter(|cell| cell.metrics.is_tracked())
         .map_or(f64::NAN, |cell| value(&cell.metrics))
 }
 

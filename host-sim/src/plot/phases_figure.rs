@@ -17,7 +17,14 @@ const MEASURE: Measure = Measure {
 pub fn draw(groups: &[(String, Vec<&CellSummary>)]) -> String {
     let group = |(title, cells): &(String, Vec<&CellSummary>)| {
         let row = |cell: &&CellSummary| {
-            let values = cell.phases.iter().map(|phase| phase.metrics.ed_mean_m);
+            let of = |ed_m| {
+                if cell.metrics.is_tracked() {
+                    ed_m
+                } else {
+                    f64::NAN
+                }
+            };
+            let values = cell.phases.iter().map(|phase| of(phase.metrics.ed_mean_m));
             (cell.method, values.collect())
         };
         Group {

@@ -9,6 +9,7 @@ use crate::plot::legend::{self, Mark};
 use crate::plot::marker::{Marker, Shape};
 use crate::plot::panel::Panel;
 use crate::plot::scale::Scale;
+use crate::plot::slot;
 use crate::plot::svg::{Anchor, Lettering, Rect, Stroke, Svg, lettering};
 
 const WIDTH: f64 = 1120.0;
@@ -112,16 +113,12 @@ pub fn draw(title: &str, steps: &[Suspicion], wrong_s: &[f64]) -> String {
     svg.finish()
 }
 
-/// Every step with the time that it stands for, half an interval to both sides, s.
+/// Every step with the time that it stands for, s.
 fn slots(steps: &[Suspicion]) -> impl Iterator<Item = (f64, f64, &Suspicion)> {
-    steps.iter().enumerate().map(|(index, step)| {
-        let before = index
-            .checked_sub(1)
-            .map_or(step.time_s, |i| steps[i].time_s);
-        let after = steps.get(index + 1).map_or(step.time_s, |next| next.time_s);
-        let low = 0.5 * (before + step.time_s);
-        (low, 0.5 * (step.time_s + after), step)
-    })
+    let times_s: Vec<f64> = steps.iter().map(|step| step.time_s).collect();
+    let slots: Vec<_> = slot::slots(&times_s).collect();
+    let slots = slots.into_iter().zip(steps);
+    slots.map(|((low, high), step)| (low, high, step))
 }
 
 fn draw_doubts(svg: &mut Svg, panel: &Panel, steps: &[Suspicion]) {

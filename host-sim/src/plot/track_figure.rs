@@ -21,7 +21,7 @@ const TOP: f64 = 122.0;
 const SIDE: f64 = LEFT + VIEW + 100.0;
 const SIDE_WIDTH: f64 = WIDTH - SIDE - 24.0;
 const SIDE_HEIGHT: f64 = 150.0;
-/// That of the recursive tracker, which made it.
+/// That of the recursive tracker, the default, whichever made it: the file has one track.
 const TRACK: &str = look(Method::Recursive).colour;
 /// Normal deviation that 95 % of errors on one axis lie within.
 const DEVIATIONS: f64 = 1.96;

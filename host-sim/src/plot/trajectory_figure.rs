@@ -10,6 +10,7 @@ use crate::plot::legend::{self, Mark};
 use crate::plot::palette::look;
 use crate::plot::panel::Panel;
 use crate::plot::scale::Scale;
+use crate::plot::slot::stretches;
 use crate::plot::svg::{Anchor, Rect, Stroke, Svg};
 use crate::plot::view_from_above;
 use crate::scoring::chi_square;
@@ -143,24 +144,9 @@ fn claimed_errors_m(covariance_m2: &Matrix3<f64>) -> (f64, f64) {
     (at(BAND.0), at(BAND.1))
 }
 
-/// Stretches without readings, seconds, each reaching half a step beyond its samples.
+/// Stretches without readings, seconds.
 fn gaps_s(steps: &[TrackStep]) -> Vec<(f64, f64)> {
-    let mut gaps: Vec<(f64, f64)> = Vec::new();
-    for (index, step) in steps.iter().enumerate() {
-        if !step.in_gap {
-            continue;
-        }
-        let before = index
-            .checked_sub(1)
-            .map_or(step.time_s, |i| steps[i].time_s);
-        let after = steps.get(index + 1).map_or(step.time_s, |next| next.time_s);
-        let (low, high) = (0.5 * (before + step.time_s), 0.5 * (step.time_s + after));
-        match gaps.last_mut() {
-            Some(last) if last.1 >= low - 1e-9 => last.1 = high,
-            _ => gaps.push((low, high)),
-        }
-    }
-    gaps
+    stretches(steps.iter().map(|step| (step.time_s, step.in_gap)))
 }
 
 /// Metres with two or three significant digits.

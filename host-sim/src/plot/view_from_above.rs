@@ -37,8 +37,10 @@ pub fn entries() -> Vec<Entry<'static>> {
 
 /// The methods whose tracks the view of `example` shows, the nearest first.
 pub fn shown(example: &Example<'_>) -> Vec<Method> {
+    let held = |step: &TrackStep| step.scored.not_tracked;
     let tracks = example.tracks.iter();
     let mut errors: Vec<_> = tracks
+        .filter(|(_, steps)| !steps.iter().all(held))
         .map(|(method, steps)| (*method, mean_m(steps)))
         .collect();
     errors.sort_by(|a, b| a.1.total_cmp(&b.1));

@@ -4,6 +4,7 @@
 //! and leaves the rest.
 
 use super::entry::Section;
+use super::learner::{BATCH_ROWS, RATE};
 use super::published::PUBLISHED;
 use super::results::{Line, Results};
 use super::summary::Summary;
@@ -111,7 +112,7 @@ pub fn tables(results: &Results) -> String {
         made.flights, made.recordings, made.folds, made.unplaced
     ));
     say(&format!(
-        "- {} epochs, minibatches of 512, Adam at 0.001 falling to 0; {} Monte Carlo passes",
+        "- {} epochs, minibatches of {BATCH_ROWS}, Adam at {RATE} falling to 0; {} Monte Carlo passes",
         made.epochs, made.passes
     ));
     say("- One network (BNKFe: one set) for each noise level; features and targets normalised");

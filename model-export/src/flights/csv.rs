@@ -367,8 +367,8 @@ fn to_east_north_up(
     let (frame, note) = match options.frame.or(columns.frame) {
         Some(frame) => (frame, None),
         None => {
-            let frame = Frame::plausible(rows);
-            (frame, Some(frame.note(x, y, z)))
+            let (frame, note) = Frame::plausible(rows, titles);
+            (frame, Some(note))
         }
     };
     match frame {

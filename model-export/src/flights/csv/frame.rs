@@ -12,26 +12,22 @@ pub enum Frame {
 }
 
 impl Frame {
-    /// The frame in which most of a flight is above its origin: aircraft take off from there. Rows
-    /// are `[time, x, y, z]`.
+    /// The frame in which most of a flight is above its origin, for aircraft take off from there, and what to say of its
+    /// `columns`. Rows are `[time, x, y, z]`.
     #[must_use]
-    pub fn plausible(rows: &[[f64; 4]]) -> Self {
+    pub fn plausible(rows: &[[f64; 4]], [x, y, z]: [&str; 3]) -> (Self, String) {
         let above = rows.iter().filter(|row| row[3] > 0.0).count();
         let below = rows.iter().filter(|row| row[3] < 0.0).count();
-        if below > above { Self::Ned } else { Self::Enu }
-    }
-
-    /// What to say of positions in columns `x`, `y` and `z` that were taken for this frame.
-    pub(super) fn note(self, x: &str, y: &str, z: &str) -> String {
-        let (axes, other) = match self {
-            Self::Enu => ("east, north, up", "ned"),
-            Self::Ned => ("north, east, down", "enu"),
-            Self::Wgs84 => ("latitude, longitude, height", "enu"),
+        let (frame, axes, other) = if below > above {
+            (Self::Ned, "north, east, down", "enu")
+        } else {
+            (Self::Enu, "east, north, up", "ned")
         };
-        format!(
+        let note = format!(
             "`{x}`, `{y}`, `{z}` read as {axes}, which puts most of the flight above its origin; \
              --frame {other} says otherwise"
-        )
+        );
+        (frame, note)
     }
 }
 
@@ -42,9 +38,21 @@ mod tests {
     #[test]
     fn flights_are_above_their_origin() {
         let rows = |heights: [f64; 3]| heights.map(|z| [0.0, 0.0, 0.0, z]);
-        assert_eq!(Frame::plausible(&rows([0.1, -5.0, -6.0])), Frame::Ned);
-        assert_eq!(Frame::plausible(&rows([-0.1, 5.0, 6.0])), Frame::Enu);
-        assert_eq!(Frame::plausible(&rows([0.0; 3])), Frame::Enu);
-        assert_eq!(Frame::plausible(&rows([f64::NAN; 3])), Frame::Enu);
+        assert_eq!(
+            Frame::plausible(&rows([0.1, -5.0, -6.0]), ["x", "y", "z"]).0,
+            Frame::Ned
+        );
+        assert_eq!(
+            Frame::plausible(&rows([-0.1, 5.0, 6.0]), ["x", "y", "z"]).0,
+            Frame::Enu
+        );
+        assert_eq!(
+            Frame::plausible(&rows([0.0; 3]), ["x", "y", "z"]).0,
+            Frame::Enu
+        );
+        assert_eq!(
+            Frame::plausible(&rows([f64::NAN; 3]), ["x", "y", "z"]).0,
+            Frame::Enu
+        );
     }
 }
