@@ -121,6 +121,35 @@ fn a_long_coast_is_as_unsure_as_many_short_ones() {
     }
 }
 
+/// Its parts are of up to half a minute: a network's answer for the next second must not turn the motion round in
+/// them, again and again.
+#[test]
+fn a_long_forecast_stays_where_a_coast_does() {
+    let medium = |i: u64| {
+        with(z(i), |m| {
+            m.range = sensed(33.0, 1.0);
+            (m.elevation, m.azimuth) = (sensed(0.4, 0.02), sensed(0.5, 0.02));
+            m.range_rate = sensed(0.0, 0.3);
+        })
+    };
+    let mut tracker = tracker(RECURSIVE);
+    for i in 0..100 {
+        tracker.step(&medium(i)).unwrap();
+    }
+    let times_us = [20, 40, 60].map(|ahead_s| 9_900_000 + 1_000_000 * ahead_s);
+    let forecasts = tracker.forecasts(&times_us).expect("known");
+    for (forecast, time_us) in forecasts.iter().zip(times_us) {
+        let coast = tracker.coast(time_us).expect("a coast");
+        let (unsure, sure) = (sigma(forecast), sigma(&coast));
+        assert!(
+            (0.5..2.0).contains(&(unsure / sure)),
+            "{time_us}: {unsure} m, coasting {sure} m"
+        );
+        let apart = distance(forecast, coast.position_m);
+        assert!(apart < sure, "{time_us}: {apart} m, {sure} m");
+    }
+}
+
 #[test]
 fn a_coast_of_more_than_a_minute_is_refused_and_changes_nothing() {
     for bytes in EVERY {

@@ -42,8 +42,8 @@ pub struct Likelihood {
     /// Whether the gate of a step would pass the measurement, which knows that readings may be wrong: it passes
     /// many that are another target's, and does not associate. A memoryless blob has none and uses everything:
     /// here the gate of a recursive one stands for it. Where a track is blind beside its sensor's vertical axis, or
-    /// another sensor sees it far aside, a step takes the place from the measurement instead, and may restart; that is
-    /// not asked here.
+    /// another sensor sees it far aside, a step takes the place from the measurement instead, and may restart, as it does
+    /// after ten seconds of silence; that is not asked here.
     pub passes_gate: bool,
 }
 

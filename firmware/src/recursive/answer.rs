@@ -1,6 +1,5 @@
 //! What the network answers about the coming interval, and how it is asked.
 
-use super::envelope::Predictor;
 use super::factor::Factor;
 use super::features::{FEATURE_LIMIT, FEATURES, features};
 use super::interval::Interval;
@@ -77,18 +76,9 @@ impl Recursive<'_, '_> {
         let target = &self.workspace.target;
         answer.factor = None;
         answer.notes = [0.0; NOTES];
-        let coast_s = target.memory.coast_s;
-        let envelope = &self.model.envelope;
-        match envelope.predictor(&target.state, &target.covariance, coast_s) {
-            Predictor::Wide => {
-                answer.schedule = Schedule::wide(base);
-                return Ok(());
-            }
-            Predictor::Base => {
-                answer.schedule = Schedule::read(&[0.0; OUTPUTS], base);
-                return Ok(());
-            }
-            Predictor::Network => {}
+        if let Some(schedule) = self.model.unasked(target, target.memory.coast_s) {
+            answer.schedule = schedule;
+            return Ok(());
         }
         let mut inputs = observed(target, sight, interval_s);
         let mut outputs = [0.0; OUTPUTS];

@@ -14,13 +14,16 @@ use crate::step_error::StepError;
 const FORECAST_ASKED_S: f32 = INTERVAL_MAX_S;
 /// First part of a forecast, s; every part after it reaches twice as far ahead.
 const FORECAST_FIRST_S: f32 = 0.5;
+/// Part of a forecast that the network says nothing of any more, s: in longer ones noise that fades would add up as
+/// if it did not.
+const FORECAST_BEYOND_S: f32 = 1.0;
 impl Recursive<'_, '_> {
     /// Gives estimates at times that lie in order and not before the target's to `each`, one by one with
     /// its place. The track stays as it is.
     ///
     /// A copy of the target moves by one answer of the network, along a grid whose parts double: half a
-    /// second, one, two, four; times between are reached from the grid. So a forecast does not depend
-    /// on what else is asked for, and costs little more than its furthest time.
+    /// second, one, two, four; from then on the base model moves it by a second each. Times between are reached from the
+    /// grid. So a forecast does not depend on what else is asked for, and costs little more than its furthest time.
     pub fn forecast_each(
         &mut self,
         times_us: &[u64],
@@ -62,10 +65,17 @@ impl Recursive<'_, '_> {
             let time_s = seconds_between(start_us, time_us);
             while time_s >= to_s {
                 self.model.advance(ahead, answer, to_s - from_s);
-                (from_s, to_s) = (to_s, 2.0 * to_s);
-                if to_s > SILENCE_MAX_S {
-                    // As in a silence: further ahead nobody says where targets are.
-                    answer.factor = None;
+                let further_s = if 2.0 * to_s > SILENCE_MAX_S {
+                    FORECAST_BEYOND_S
+                } else {
+                    to_s
+                };
+                (from_s, to_s) = (to_s, to_s + further_s);
+                // As in a silence: further ahead nobody says where targets are, or how they turn.
+                if 2.0 * from_s > SILENCE_MAX_S
+                    && let Some(schedule) = self.model.unasked(ahead, f32::INFINITY)
+                {
+                    (answer.factor, answer.schedule) = (None, schedule);
                 }
             }
             there.copy_from(ahead);

@@ -1,9 +1,10 @@
 //! A recursive blob as filters run it.
 
 use super::answer::Answer;
-use super::envelope::Envelope;
+use super::envelope::{Envelope, Predictor};
 use super::parameters::Parameters;
 use super::population::Population;
+use super::schedule::{OUTPUTS, Schedule};
 use super::target::Target;
 use crate::blob::Blob;
 use crate::estimate::{Estimate, Outcome};
@@ -35,6 +36,19 @@ impl<'a> Model<'a> {
             vertical_sigma_mps: self.envelope.speed_max_mps,
             acceleration_sigma_mps2: 0.5 * self.envelope.acceleration_max_mps2,
             ..self.parameters.population
+        }
+    }
+
+    /// How a target moves about which the network is not asked, `coast_s` after the last measurement; `None` where it
+    /// is.
+    #[inline]
+    pub(super) fn unasked(&self, target: &Target, coast_s: f32) -> Option<Schedule<f32>> {
+        let base = &self.parameters.base;
+        let (state, covariance) = (&target.state, &target.covariance);
+        match self.envelope.predictor(state, covariance, coast_s) {
+            Predictor::Wide => Some(Schedule::wide(base)),
+            Predictor::Base => Some(Schedule::read(&[0.0; OUTPUTS], base)),
+            Predictor::Network => None,
         }
     }
 
