@@ -33,7 +33,7 @@ window.addEventListener("load", () => {
   document.querySelector("#measures button[data-measure=coverage90]").click();
   said.cells = [...document.querySelectorAll("td[data-cell]")].map(cell => cell.textContent);
   said.best = document.querySelectorAll("td.best").length;
-  said.figures = [...document.querySelectorAll("figure svg")].map(svg => svg.querySelectorAll("polyline,polygon,path,circle,rect").length);
+  said.figures = [...document.querySelectorAll("figure > .scroll > svg")].map(svg => svg.querySelectorAll("polyline,polygon,path,circle,rect").length);
   const out = document.createElement("pre");
   out.id = "said";
   out.textContent = JSON.stringify(said);

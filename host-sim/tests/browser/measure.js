@@ -36,7 +36,7 @@ addEventListener("load", () => {
 
   const overlaps = [], cut = [];
   let labels = 0;
-  for (const svg of document.querySelectorAll("figure svg")) {
+  for (const svg of document.querySelectorAll("figure > .scroll > svg")) {
     const name = svg.querySelector("title").textContent;
     const paper = getComputedStyle(svg.querySelector("rect")).fill;
     const page = svg.getBoundingClientRect();
