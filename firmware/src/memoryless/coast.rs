@@ -5,7 +5,8 @@
 //! population's velocities: with `d^2 = (P0 + P1) / age^2` and the population's `s^2`, the gain is
 //! `s^2 / (s^2 + d^2)` and the variance left is `s^2 d^2 / (s^2 + d^2)`. After a time tau the
 //! covariance is `P1 + tau^2 * variance left + (a tau^2 / 2)^2` with the population's acceleration
-//! a. With one estimate only, the velocity is zero with the population's variance.
+//! a. That the latest estimate's error is part of the velocity's, which would add `2 tau gain P1 / age`, is left
+//! out. With one estimate only, the velocity is zero with the population's variance.
 
 use nalgebra::{Matrix3, Vector3};
 
