@@ -78,8 +78,9 @@ pub fn innovations<S: Scalar>(vectors: &Vectors<S>, expected: &[S; 4]) -> [S; 4]
     let over = (half_turn - measured[0] - expected[0]).wrap();
     let opposite = (azimuth + half_turn).wrap();
     let nearer = elevation * elevation + azimuth * azimuth - over * over - opposite * opposite;
-    // Only near the vertical: elsewhere the other side is another place.
-    let vertical = S::constant(1.0) - over * over;
+    // Only near the vertical, or where noise may have carried it over: elsewhere the other side is another place.
+    let reach = (S::constant(9.0) * vectors.sigmas[0] * vectors.sigmas[0]).clamp(1.0, 2.25);
+    let vertical = reach - over * over;
     let other = nearer.step() * vertical.step() * vectors.present[1];
     [
         elevation + other * (over - elevation),
@@ -259,7 +260,7 @@ mod tests {
 
     /// The innovations of a measurement that lacks nothing.
     fn whole(measured: [f64; 4], expected: &[f64; 4]) -> [f64; 4] {
-        innovations(&Vectors::whole(measured, [1.0; 4]), expected)
+        innovations(&Vectors::whole(measured, [0.1; 4]), expected)
     }
 
     #[test]
@@ -301,6 +302,17 @@ mod tests {
             vectors.present[1] = 0.0;
             assert!((innovations(&vectors, &expected)[0] - 0.02).abs() < 1e-12);
         }
+    }
+
+    /// Of a target at 55 degrees a blunt sensor reads 124: that is no target at 56 on the other side.
+    #[test]
+    fn noise_may_carry_an_elevation_past_the_vertical() {
+        let expected = [0.96, 0.4, 20.0, 0.0];
+        let canonical = [PI - (0.96 + 1.2), 0.4 + PI, 20.0, 0.0];
+        let of = |sigma| innovations(&Vectors::whole(canonical, [sigma; 4]), &expected);
+        assert!(of(0.3)[1].abs() > 3.0);
+        let [elevation, azimuth, ..] = of(0.5);
+        assert!((elevation - 1.2).abs() < 1e-9 && azimuth.abs() < 1e-9);
     }
 
     /// The same choice written with branches, for every pair of a grid that meets no tie.
