@@ -2,9 +2,9 @@
 //!
 //! One such measurement is an outlier; several that agree with each other are a target. The
 //! candidate starts from one and takes in those of the following ones that fit it. When enough have, and the first
-//! track has believed none meanwhile, it takes over. The old track then is the candidate: it may have been right, and it comes back if measurements that the new
-//! one rejects agree with it and it has the longer record. So scattered false alarms never steal a
-//! track, and a ghost that did does not keep it.
+//! track has believed none meanwhile, it takes over. The old track then is the candidate: it may have been right, and
+//! it comes back if measurements that the new one rejects agree with it and it has the longer record. So scattered false
+//! alarms never steal a track, and a ghost that did does not keep it.
 //!
 //! A candidate is predicted without the network, so a rejected measurement costs little more than
 //! one that is used.

@@ -17,6 +17,7 @@ const FORECAST_FIRST_S: f32 = 0.5;
 /// Part of a forecast that the network says nothing of any more, s: in longer ones noise that fades would add up as
 /// if it did not.
 const FORECAST_BEYOND_S: f32 = 1.0;
+
 impl Recursive<'_, '_> {
     /// Gives estimates at times that lie in order and not before the target's to `each`, one by one with
     /// its place. The track stays as it is.
@@ -65,16 +66,11 @@ impl Recursive<'_, '_> {
             let time_s = seconds_between(start_us, time_us);
             while time_s >= to_s {
                 self.model.advance(ahead, answer, to_s - from_s);
-                let further_s = if 2.0 * to_s > SILENCE_MAX_S {
-                    FORECAST_BEYOND_S
-                } else {
-                    to_s
-                };
-                (from_s, to_s) = (to_s, to_s + further_s);
                 // As in a silence: further ahead nobody says where targets are, or how they turn.
-                if 2.0 * from_s > SILENCE_MAX_S
-                    && let Some(schedule) = self.model.unasked(ahead, f32::INFINITY)
-                {
+                let beyond = 2.0 * to_s > SILENCE_MAX_S;
+                let further_s = if beyond { FORECAST_BEYOND_S } else { to_s };
+                (from_s, to_s) = (to_s, to_s + further_s);
+                if beyond && let Some(schedule) = self.model.unasked(ahead, f32::INFINITY) {
                     (answer.factor, answer.schedule) = (None, schedule);
                 }
             }

@@ -66,7 +66,14 @@ impl<'a> Model<'a> {
         if dt_s <= 0.0 {
             return;
         }
-        target.predict(&target.sight(), &answer.schedule, dt_s);
+        // Damping acts as of the part's beginning: in a long one more of it would turn the motion round.
+        let damping_max_hz2 = 2.0 / (dt_s * dt_s);
+        let damping_hz2 = answer.schedule.damping_hz2;
+        let schedule = Schedule {
+            damping_hz2: damping_hz2.map(|damping| damping.min(damping_max_hz2)),
+            ..answer.schedule
+        };
+        target.predict(&target.sight(), &schedule, dt_s);
         if let Some(factor) = &answer.factor {
             target.fuse(factor, &self.parameters.population, dt_s);
         }

@@ -37,14 +37,11 @@ impl<S: Scalar> Transition<S> {
         let f1 = -fade / schedule.decay_hz;
         let half = constant(0.5) * schedule.turn_radps * dt_s;
         let (s, c) = half.sin_cos();
-        let f2 = (dt_s - f1) / schedule.decay_hz;
-        // Damping acts as of the beginning: in the long parts of a forecast more of it would turn the motion round.
-        let most = constant(1.0) / f2;
-        let [level, vertical] = schedule.damping_hz2.map(|damping| damping.min(most));
+        let [level, vertical] = schedule.damping_hz2;
         Self {
             dt_s,
             f1,
-            f2,
+            f2: (dt_s - f1) / schedule.decay_hz,
             kept: constant(1.0) + fade,
             damping: [level, level, vertical],
             half: (c, s),
